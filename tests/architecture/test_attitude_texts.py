@@ -18,7 +18,11 @@ FOLDER = Path(vomstudio.__file__).parent
 ATTITUDE_AND_ERROR = re.compile(r"\{[^{}:]*\}[^{}±]{0,6}±\s*\{[^{}]*\}\s*(°|deg)")
 """A text, then ± an angle; a number before ± has a format of its own."""
 FORMATTERS = {"degrees", "number", "figures"}
-OTHER_FIGURES = {"cli/stats.py", "registration/summary.py", "photogrammetry/survey/photo_limits.py"}
+OTHER_FIGURES = {
+    "cli/stats.py",
+    "registration/summary.py",
+    "photogrammetry/survey/survey_resolution.py",
+}
 """alpha95 and the registration of means, axes of rotations, sizes of planes."""
 
 

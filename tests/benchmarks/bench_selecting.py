@@ -18,7 +18,7 @@ from typing import TypeVar
 import numpy as np
 
 from vomstudio.extraction.selection.field_values import select_by_value
-from vomstudio.extraction.selection.neighbours import Neighbours, build_neighbours
+from vomstudio.extraction.selection.neighbours import NeighbourGraph, build_neighbour_graph
 from vomstudio.extraction.selection.visible_region import ViewSnapshot
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -72,7 +72,7 @@ def timed(label: str, work: Callable[[], T], repeats: int) -> T:
     return result
 
 
-def half_a_million(near: Neighbours, seed: int) -> float:
+def half_a_million(near: NeighbourGraph, seed: int) -> float:
     """The distance at which the piece has about that many."""
     low, high = 0.0, 1.0
     for _ in range(12):
@@ -95,7 +95,7 @@ def run(data: Mesh | PointCloud, spacing: float, repeats: int) -> None:
     timed("lasso, through", lambda: shape(True), repeats)
     print(f"    {np.count_nonzero(seen):,} chosen")
     started = time.perf_counter()
-    near = build_neighbours(data, spacing)
+    near = build_neighbour_graph(data, spacing)
     print(f"  neighbours (background)      {time.perf_counter() - started:7.3f} s")
     seed = n // 2
     distance = half_a_million(near, seed)

@@ -12,7 +12,7 @@ import shapely
 from tests.extraction.planes_by_construction import grid_mesh, normal_of, sheet
 from tests.messages import by_code
 from vomstudio.extraction.facets import find_facets
-from vomstudio.extraction.selection.neighbours import build_neighbours
+from vomstudio.extraction.selection.neighbours import build_neighbour_graph
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
@@ -122,7 +122,7 @@ def test_a_plane_across_unstitched_tiles_is_one_facet(tiles: dict[str, float]) -
 @pytest.mark.parametrize("tiles", UNSTITCHED)
 def test_growing_from_a_click_goes_on_across_tiles(tiles: dict[str, float]) -> None:
     mesh = two_tiles(**tiles)
-    near = build_neighbours(mesh, 0.05)
+    near = build_neighbour_graph(mesh, 0.05)
     assert near.piece(100, angle_deg=15.0, distance=0.02, is_excluded=None).mask.all()
 
 

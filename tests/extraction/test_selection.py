@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from tests.messages import refused
 from vomstudio.core.errors import GeometryError
 from vomstudio.extraction.selection.field_values import ElementColours, select_by_value
-from vomstudio.extraction.selection.neighbours import build_neighbours
+from vomstudio.extraction.selection.neighbours import build_neighbour_graph
 from vomstudio.extraction.selection.visible_region import ViewSnapshot
 from vomstudio.geometry.boxes import ClipBox
 from vomstudio.geometry.cloud import PointCloud
@@ -143,7 +143,9 @@ def test_a_piece_ends_where_the_face_turns():
     mesh = fold()
     x = centres(mesh)[:, 0] - UTM[0]
     seed = int(np.argmin(np.abs(centres(mesh) - UTM - [-2.0, 0.0, 0.0]).sum(axis=1)))
-    piece = build_neighbours(mesh, 0.0).piece(seed, angle_deg=15.0, distance=0.05, is_excluded=None)
+    piece = build_neighbour_graph(mesh, 0.0).piece(
+        seed, angle_deg=15.0, distance=0.05, is_excluded=None
+    )
     assert not piece.is_truncated
     assert piece.mask.sum() == piece.count
     # Normals are averaged over those who share a corner, so one row at the edge may go either way.
@@ -165,7 +167,7 @@ def test_a_piece_is_the_connected_component_that_scipy_finds():
     both = ~left_out[a] & ~left_out[b]
     graph = coo_array((np.ones(both.sum()), (a[both], b[both])), (n, n))
     label = connected_components(graph, directed=False)[1]
-    near = build_neighbours(mesh, 0.0)
+    near = build_neighbour_graph(mesh, 0.0)
     sizes = []
     for seed in np.flatnonzero(~left_out)[::400]:
         piece = near.piece(int(seed), angle_deg=20.0, distance=0.01, is_excluded=left_out)
@@ -179,14 +181,14 @@ def test_a_turned_world_gives_the_same_piece():
     turn = rotation(np.array([0.3, 0.2, np.sqrt(0.87)]), 30.0)
     turned = Mesh((mesh.vertices - UTM) @ turn.T + UTM, mesh.faces)
     expected = {"angle_deg": 15.0, "distance": 0.05, "is_excluded": None}
-    one = build_neighbours(mesh, 0.0).piece(300, **expected)
-    other = build_neighbours(turned, 0.0).piece(300, **expected)
+    one = build_neighbour_graph(mesh, 0.0).piece(300, **expected)
+    other = build_neighbour_graph(turned, 0.0).piece(300, **expected)
     assert np.array_equal(one.mask, other.mask)
 
 
 def test_nothing_and_everything():
     rough = sheet(y=lambda x, z: np.random.default_rng(2).normal(0.0, 0.3, len(x)))
-    near = build_neighbours(rough, 0.0)
+    near = build_neighbour_graph(rough, 0.0)
     assert near.piece(500, angle_deg=1.0, distance=1e-9, is_excluded=None).count == 1
     assert near.piece(500, angle_deg=90.0, distance=1e3, is_excluded=None).mask.all()
     left_out = np.zeros(len(rough.faces), np.bool_)
@@ -212,7 +214,9 @@ def test_it_crosses_seams_and_edges_of_three_but_no_gap():
     mesh = joined(
         Mesh(flat.vertices, left), Mesh(flat.vertices, right), Mesh(wall + UTM, faces), island
     )
-    piece = build_neighbours(mesh, 0.0).piece(0, angle_deg=30.0, distance=0.01, is_excluded=None)
+    piece = build_neighbour_graph(mesh, 0.0).piece(
+        0, angle_deg=30.0, distance=0.01, is_excluded=None
+    )
     ends = np.cumsum([len(left), len(right), len(faces), len(flat.faces)])
     halves = piece.mask[: ends[1]]
     assert halves.all()
@@ -232,7 +236,7 @@ def test_faces_without_an_area_are_no_wall():
     middle = middle[np.argsort(flat.vertices[middle, 2])]
     slivers = np.stack([middle[:-1], middle[1:], middle[1:] + len(flat.vertices)], axis=1)
     mesh = Mesh(apart.vertices, np.concatenate([apart.faces, slivers]).astype(np.int32))
-    near = build_neighbours(mesh, 0.0)
+    near = build_neighbour_graph(mesh, 0.0)
     piece = near.piece(0, angle_deg=20.0, distance=0.01, is_excluded=None)
     assert piece.mask[: len(apart.faces)].all()
     # And one of them is no bad beginning.
@@ -243,11 +247,13 @@ def test_faces_without_an_area_are_no_wall():
 def test_a_mesh_of_nothing_but_slivers_says_one():
     mesh = Mesh(np.zeros((3, 3)) + UTM, np.array([[0, 1, 2]], np.int32))
     assert (
-        build_neighbours(mesh, 0.0).piece(0, angle_deg=20.0, distance=1.0, is_excluded=None).count
+        build_neighbour_graph(mesh, 0.0)
+        .piece(0, angle_deg=20.0, distance=1.0, is_excluded=None)
+        .count
         == 1
     )
     with refused("model.no-faces", GeometryError):
-        build_neighbours(Mesh(np.zeros((3, 3)), np.zeros((0, 3), np.int32)), 0.0)
+        build_neighbour_graph(Mesh(np.zeros((3, 3)), np.zeros((0, 3), np.int32)), 0.0)
 
 
 # --- growing on clouds -----------------------------------------------------------------------
@@ -271,7 +277,7 @@ def test_a_piece_of_a_cloud_ends_at_the_corner(inputs):
         normals = np.where(wall[:, None], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]).astype(np.float32)
         cloud = PointCloud(cloud.points, normals=normals)
     seed = int(np.argmin(np.abs(cloud.points - UTM - [1.5, 0.0, 1.5]).sum(axis=1)))
-    near = build_neighbours(cloud, SPACING)
+    near = build_neighbour_graph(cloud, SPACING)
     piece = near.piece(seed, angle_deg=20.0, distance=0.01, is_excluded=None)
     height = cloud.points[:, 2] - UTM[2]
     assert piece.mask[wall & (height > 0.15)].mean() > 0.99
@@ -285,7 +291,7 @@ def test_a_piece_of_a_cloud_ends_at_the_corner(inputs):
 def test_duplicates_and_places_that_are_none_do_no_harm():
     cloud, _ = corner_cloud()
     points = np.concatenate([cloud.points, cloud.points[:5000], np.full((3, 3), np.nan)])
-    near = build_neighbours(PointCloud(points), SPACING)
+    near = build_neighbour_graph(PointCloud(points), SPACING)
     piece = near.piece(100, angle_deg=20.0, distance=0.01, is_excluded=None)
     # Of a place that stands twice both are taken.
     assert np.array_equal(piece.mask[:5000], piece.mask[30_000:35_000])
@@ -298,17 +304,17 @@ def test_duplicates_and_places_that_are_none_do_no_harm():
 def test_points_on_a_line_tell_no_plane():
     line = np.zeros((1000, 3)) + UTM
     line[:, 0] += np.linspace(0.0, 10.0, 1000)
-    near = build_neighbours(PointCloud(line), 0.01)
+    near = build_neighbour_graph(PointCloud(line), 0.01)
     assert near.piece(500, angle_deg=30.0, distance=1.0, is_excluded=None).count == 0
     with refused("cloud.too-few-points", GeometryError, n=3, minimum=4):
-        build_neighbours(PointCloud(line[:3]), 0.01)
+        build_neighbour_graph(PointCloud(line[:3]), 0.01)
 
 
 # --- rings -----------------------------------------------------------------------------------
 def test_a_ring_of_faces_is_those_that_share_a_corner():
     mesh = sheet()
     selection = np.hypot(*(centres(mesh) - UTM)[:, [0, 2]].T) < 1.5
-    near = build_neighbours(mesh, 0.0)
+    near = build_neighbour_graph(mesh, 0.0)
     corners = np.unique(mesh.faces[selection])
     assert np.array_equal(near.expand(selection), np.isin(mesh.faces, corners).any(axis=1))
     others = np.unique(mesh.faces[~selection])
@@ -320,7 +326,7 @@ def test_a_ring_of_faces_is_those_that_share_a_corner():
 
 def test_a_ring_of_points_is_what_a_tree_finds_near():
     cloud, _ = corner_cloud()
-    near = build_neighbours(cloud, SPACING)
+    near = build_neighbour_graph(cloud, SPACING)
     selection = np.linalg.norm(cloud.points - UTM - [1.5, 0.0, 1.0], axis=1) < 0.8
     link = 2.0 * SPACING
     far, _ = cKDTree(cloud.points[selection]).query(cloud.points)

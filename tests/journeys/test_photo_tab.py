@@ -149,7 +149,7 @@ def test_a_photo_of_the_tree_takes_the_middle_and_gives_it_back(both):
     wait(lambda: page.photo == NAMES[1], "the photo before")
     # By a key to the outcrop and back.
     press(Qt.Key.Key_F8)
-    assert window.workspaces.current_layout.name == "interpret"
+    assert window.workspaces.current_workspace.name == "interpret"
     wait(window.viewport.isVisible, "the outcrop")
     assert window.viewport.hasFocus()
     assert window.viewport.moves.camera_state() == camera
@@ -169,7 +169,7 @@ def test_a_photo_of_the_tree_takes_the_middle_and_gives_it_back(both):
     assert window.photo_opening.page is None
     assert not tabs(window).isVisible()
     assert window.viewport.hasFocus()
-    assert window.workspaces.current_layout.name == "interpret"
+    assert window.workspaces.current_workspace.name == "interpret"
 
 
 def test_keys_act_on_the_photo_that_is_seen_and_not_on_the_outcrop_behind_it(both, picks):
@@ -248,14 +248,14 @@ def test_the_photo_stays_in_front_in_every_workspace(both):
     for _ in range(3):
         press(Qt.Key.Key_F8)
         assert window.viewport.isVisible()
-        assert window.workspaces.current_layout.name == "model"
+        assert window.workspaces.current_workspace.name == "model"
         press(Qt.Key.Key_F8)
         driver.pause(100)
     assert page.canvas.height() == pytest.approx(heights, abs=4), "nothing grows with each turn"
     # What is opened is seen.
     window.files.opened.emit()
     assert window.viewport.isVisible()
-    assert window.workspaces.current_layout.name == "interpret"
+    assert window.workspaces.current_workspace.name == "interpret"
 
 
 def test_a_photo_has_room_in_any_window_without_a_model(window, photos):
@@ -300,7 +300,7 @@ def test_a_photo_goes_out_into_its_own_window_and_back(both):
     assert page.isVisible()
     wait(window.viewport.isVisible, "the outcrop beside it")
     assert not tabs(window).isVisible()
-    assert window.workspaces.current_layout.name == "interpret"
+    assert window.workspaces.current_workspace.name == "interpret"
     page.activateWindow()
     wait(lambda: QApplication.activeWindow() is page, "the photo's window")
     page.canvas.setFocus()

@@ -119,7 +119,7 @@ def test_a_model_is_made_paused_and_continued(window, photos, tmp_path, monkeypa
     driver.pause(1500)
     # The model has the window, and nobody asks for a frame that no one knows.
     assert driver.dialog_of(window) is None
-    assert window.workspaces.current_layout.name == "interpret"
+    assert window.workspaces.current_workspace.name == "interpret"
     assert not window.docks.page("drawer")
     assert window.viewport.height() > 0.7 * window.height()
     driver.keep_picture(window, "photos-model")

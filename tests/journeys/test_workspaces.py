@@ -27,7 +27,7 @@ def test_workspaces_leave_camera_work_and_keyboard_alone(window, outcrop, picks)
     for number in (1, 2, 3, 2):
         key(window, Qt.Key.Key_0 + number, CTRL)
         driver.pause(100)
-        assert window.workspaces.current_layout is WORKSPACES[number - 1]
+        assert window.workspaces.current_workspace is WORKSPACES[number - 1]
         assert viewport.hasFocus()
         assert viewport.moves.camera_state() == camera
         assert list(tool.vertices) == vertices
@@ -56,7 +56,7 @@ def test_photos_take_the_middle_and_give_it_to_a_model(window, outcrop, photos, 
     window.resize(*size)
     window.open_path(photos)
     wait(lambda: len(window.survey.rows) == 4 and not window.survey.is_reading, "the photos", 60.0)
-    assert window.workspaces.current_layout.name == "model"
+    assert window.workspaces.current_workspace.name == "model"
     assert not window.viewport.isVisible()
     table = window.photos_panel.table
     assert table.visibleRegion().boundingRect().height() > 0.4 * size[1]
@@ -67,7 +67,7 @@ def test_photos_take_the_middle_and_give_it_to_a_model(window, outcrop, photos, 
     window.open_path(outcrop)
     driver.declare(window)
     driver.settled(window)
-    assert window.workspaces.current_layout.name == "interpret"
+    assert window.workspaces.current_workspace.name == "interpret"
     assert window.viewport.isVisible()
     QTest.keyClick(window, Qt.Key.Key_1, CTRL)
     window.docks.bring_forward("photos")

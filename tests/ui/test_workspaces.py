@@ -106,7 +106,7 @@ def test_the_outcrop_has_most_of_the_window(window, studio, width, height, least
 def test_each_key_shows_its_workspace(window):
     for number in (1, 2, 3, 2):
         press(window, number)
-        assert window.workspaces.current_layout is WORKSPACES[number - 1]
+        assert window.workspaces.current_workspace is WORKSPACES[number - 1]
         pressed = [n for n in NAMES if window.actions_table.all[f"workspace_{n}"].isChecked()]
         assert pressed == [NAMES[number - 1]]
 
@@ -120,7 +120,7 @@ def test_a_key_works_while_a_text_is_edited_and_the_text_stays(window, studio):
     QTest.keyClicks(field, "dip")
     QTest.keyClick(field, Qt.Key.Key_3, driver.CTRL)
     driver.pause(50)
-    assert window.workspaces.current_layout.name == "results"
+    assert window.workspaces.current_workspace.name == "results"
     assert field.text() == "dip"
 
 
@@ -128,7 +128,7 @@ def test_a_button_of_the_bar_shows_its_workspace(window):
     for name in ("results", "model", "interpret"):
         button = window.top_bar.workspaces[name]
         QTest.mouseClick(button, driver.LEFT)
-        assert window.workspaces.current_layout.name == name
+        assert window.workspaces.current_workspace.name == name
         assert button.isChecked()
 
 
@@ -348,7 +348,7 @@ def test_photos_take_the_centre_while_no_model_is_open(window, tmp_path):
     (tmp_path / "photos").mkdir()
     window.open_path(tmp_path / "photos")
     driver.pause(100)
-    assert window.workspaces.current_layout.name == "model"
+    assert window.workspaces.current_workspace.name == "model"
     assert window.docks.center_page == "photos"
     assert window.photos_panel.width() >= 0.6 * window.width()
     assert window.photos_panel.height() >= 0.7 * window.height()
@@ -391,11 +391,11 @@ def test_opening_a_model_leaves_photos_and_nothing_else(window, tmp_path):
     (tmp_path / "photos").mkdir()
     window.open_path(tmp_path / "photos")
     window.open_path(tmp_path / "missing.obj")
-    assert window.workspaces.current_layout.name == "interpret"
+    assert window.workspaces.current_workspace.name == "interpret"
     assert window.docks.center_page == ""
     press(window, 3)
     window.open_path(tmp_path / "missing.obj")
-    assert window.workspaces.current_layout.name == "results"
+    assert window.workspaces.current_workspace.name == "results"
 
 
 def test_a_workspace_states_its_purpose_until_it_has_something_to_show(window, studio):
@@ -484,7 +484,7 @@ def test_what_was_arranged_is_there_after_a_crash(window):
     second.studio.jobs.close()
     driver.pause(100)
     assert (second.width(), second.height()) == (1300, 850)
-    assert second.workspaces.current_layout.name == "results"
+    assert second.workspaces.current_workspace.name == "results"
     assert set(docked(second)) == {"project", "sets"}
     assert not second.docks.is_shown("stereonet")
     second.activateWindow()
@@ -506,7 +506,7 @@ def test_damaged_arrangements_are_left_out(own_folders, qtbot, text):
     window._fill()
     window.studio.jobs.close()
     driver.pause(50)
-    assert window.workspaces.current_layout.name == "interpret"
+    assert window.workspaces.current_workspace.name == "interpret"
     assert window.docks.page("inspector") == "project"
     driver.dismiss(window)
 
@@ -670,7 +670,7 @@ def test_choosing_a_tool_brings_its_settings_in_any_workspace(window, studio):
         studio.activate("navigate")
         studio.activate("trace")
         driver.pause(50)
-        assert window.workspaces.current_layout.name == NAMES[number - 1]
+        assert window.workspaces.current_workspace.name == NAMES[number - 1]
         assert window.docks.page("inspector") == "tool"
         assert driver.tool_panel(window, TracePanel).isVisible()
 
@@ -692,7 +692,7 @@ def test_keys_of_workspaces_work_in_a_floating_page(window):
     window.table._filter.setFocus()
     QTest.keyClick(window.table._filter, Qt.Key.Key_3, driver.CTRL)
     driver.pause(50)
-    assert window.workspaces.current_layout.name == "results"
+    assert window.workspaces.current_workspace.name == "results"
     assert dock.isFloating(), "what the user arranged stays"
 
 

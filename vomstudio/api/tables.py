@@ -226,7 +226,7 @@ def to_orientation_table(
 
 
 def _drop_stated_angles(frame: Any) -> Any:
-    """Drop the original angle columns of a DataFrame from `read_orientations`."""
+    """Drop the original angle columns if a DataFrame comes from `read_orientations`."""
     if not set(COLUMNS) <= set(frame.columns):
         return frame
     angles = {word for meaning in _ANGLE_MEANINGS for word in ALIASES[meaning]}

@@ -70,8 +70,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _result_text(plan: SurveyPlan) -> str:
-    from vomstudio.photogrammetry.survey.photo_limits import planes_summary
     from vomstudio.photogrammetry.survey.plan_forecast import forecast_text
+    from vomstudio.photogrammetry.survey.survey_resolution import planes_summary
 
     near_m, far_m = plan.depth_of_field_m
     c = plan.camera

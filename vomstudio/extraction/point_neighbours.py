@@ -47,7 +47,7 @@ class PointNeighbourhoods:
     neighbours : (k, m) int32 array
         Nearest points of each point.
     farthest_distances : (k,) array
-        Distance of the last of the nearest points.
+        Distance from each point to the farthest of these neighbours.
     normals : (k, 3) array
     variation : (k,) array
     point_counts : (k,) int array
@@ -125,13 +125,16 @@ def find_scattered_points(positions: FloatArray) -> tuple[BoolArray, float]:
 def estimate_normals(
     positions: FloatArray, angle_deg: float, progress: Progress
 ) -> FloatArray | None:
-    """Estimate the normals of points from the fewest neighbours that agree on them.
+    """Estimate the normals of points from their nearest neighbours.
+
+    All points use the same number of neighbours: the smallest number at which the normals of
+    adjacent points agree within `MAX_ANGLE_SHARE` of `angle_deg`.
 
     Parameters
     ----------
     positions : (n, 3) ndarray
     angle_deg : float
-        Maximum angle between the normals of neighbours, degrees.
+        Threshold angle between the normals of neighbours, degrees.
     progress : Progress
 
     Returns
@@ -170,9 +173,9 @@ def find_neighbourhoods(
     rows : (k,) int array
         Rows of the points.
     is_sparse : (cells,) bool array or None
-        Cells with so few points around them that the smallest number of neighbours is sufficient:
-        noise of the same width is then smaller relative to the spacing. None if there are no
-        cells.
+        Cells in sparse surroundings, for which the smallest number of neighbours is sufficient
+        because noise of the same width is smaller relative to the spacing. None if the cloud
+        was not analysed on cells.
     known_count : int or None
         Number of neighbours, if already known.
     angle_deg : float
@@ -239,10 +242,10 @@ def find_neighbourhoods(
 
 
 def _select_neighbourhoods(grid: CellGrid, is_sparse: BoolArray, cells: IntArray) -> IntArray:
-    """Select the points that describe the neighbourhoods in given cells and in sparse cells.
+    """Select the points needed to find neighbourhoods in given cells and in sparse cells.
 
-    These are all points in sparse cells and in the neighbours of `cells`, and one point of each
-    other cell.
+    These are all points in sparse cells, in `cells` and in the neighbours of `cells`, and one
+    point of each other cell.
     """
     starts, neighbours = grid.neighbouring_cells()
     is_used = is_sparse.copy()
@@ -264,9 +267,9 @@ def _search_cells(
     is_open: BoolArray,
     progress: Progress,
 ) -> None:
-    """Describe the neighbourhoods of selected points using their cell and adjacent cells.
+    """Find the neighbourhoods of selected points within their own and the adjacent cells.
 
-    `is_open` is set to False for each point for which this is sufficient.
+    `is_open` is set to False for each point for which these cells are sufficient.
     """
     if not len(selected_indices):
         return
@@ -321,7 +324,7 @@ def _search_tree(
     surroundings: PointNeighbourhoods,
     progress: Progress,
 ) -> None:
-    """Describe the neighbourhoods of selected points with a tree of all or some points."""
+    """Find the neighbourhoods of selected points with a search tree of all or some points."""
     if not len(selected_indices):
         return
     point_counts, neighbour_count = (
@@ -355,7 +358,7 @@ def _build_tree(positions: FloatArray) -> Any:
 def _fit_planes(
     positions: FloatArray, rows: IntArray, neighbours: Int32Array
 ) -> tuple[FloatArray, FloatArray]:
-    """Return normals and variations of the points `neighbours` (k, m) of each row (k,)."""
+    """Return the normals and variations of planes through the neighbours (k, m) of rows (k,)."""
     results = np.empty((len(rows), 3)), np.empty(len(rows))
     fit_local_planes(positions, to_kernel_array(positions[rows], np.float64), neighbours, *results)
     return results

@@ -139,7 +139,7 @@ class SurfaceGraph:
 
     @cached_property
     def tree(self) -> cKDTree:
-        """Search tree of the positions of the nodes."""
+        """k-d tree of the node positions."""
         from scipy.spatial import cKDTree
 
         return cKDTree(self.places, leafsize=24, compact_nodes=False, balanced_tree=False)
@@ -260,18 +260,24 @@ class SurfaceGraph:
         return neighbours
 
     def snap_distances(self, places: FloatArray) -> FloatArray:
-        """Return the distances (w,) between positions (w, 3) of the data and the nearest nodes."""
+        """Return the distances (w,) from positions (w, 3) in the data frame to nearest nodes."""
         positions_from_origin = np.asarray(places, np.float64).reshape(-1, 3) - self.origin
         return np.asarray(self.tree.query(positions_from_origin)[0], np.float64)
 
     def prepare(self) -> None:
-        """Build the data for path searches (thread-safe; seconds for millions of points)."""
+        """Build the data for path searches.
+
+        This is thread-safe and takes seconds for millions of points.
+        """
         _ = self.tree, self.textures
         _ = self._node_faces if self.can_refine else self._neighbours
 
     # --- corridors ---------------------------------------------------------------------------
     def world(self, graph: Graph, nodes: IntArray) -> FloatArray:
-        """Return the positions (k, 3) of nodes in the data frame, exact for its own points."""
+        """Return the positions (k, 3) of nodes in the data frame.
+
+        Positions of points or vertices of the model are exact.
+        """
         points = self.data.vertices if isinstance(self.data, Mesh) else self.data.points
         places = graph.places[nodes] + self.origin
         rows = graph.row[nodes]
@@ -385,7 +391,7 @@ class SurfaceGraph:
         )
 
     def _build_refined_graph(self, rows: IntArray) -> Graph:
-        """Build the graph of the faces at given nodes, subdivided to a few pixels."""
+        """Build the graph of the faces at given nodes, with edges a few pixels long."""
         assert self.textures is not None
         node_faces, starts = self._node_faces
         first, count = starts[rows], starts[rows + 1] - starts[rows]
@@ -473,7 +479,7 @@ class SurfaceGraph:
     def _subdivision_level(
         self, places: FloatArray, uv: FloatArray, triangles: IntArray, material: IntArray
     ) -> int:
-        """Return the number of subdivisions of the faces, within the maximum number of nodes."""
+        """Return the required number of subdivisions, limited by the maximum number of nodes."""
         assert self.textures is not None
         pixels = self.textures.median_edge_px(uv, triangles, material)
         level = int(np.clip(np.ceil(np.log2(max(pixels / _EDGE_LENGTH_PX, 1.0))), 0, _MAX_LEVEL))

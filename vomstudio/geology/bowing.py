@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.geology.serial_errors import fit_serial_correlation, whiten
+from vomstudio.geometry.serial_errors import fit_serial_correlation, whiten
 
 MIN_BOWING_POINTS = 6
 """Minimum number of points: four unknowns and two degrees of freedom."""

@@ -87,8 +87,8 @@ def common_axis(
         members.append(unit_vectors(poles))
     tensors = [orientation_tensor(poles) for poles in members]
     means = np.array([set_axes[0] for _, set_axes in tensors])
-    values, axes = orientation_tensor(means)
-    if values[1] < MIN_SECOND_EIGENVALUE:
+    eigenvalues, axes = orientation_tensor(means)
+    if eigenvalues[1] < MIN_SECOND_EIGENVALUE:
         raise GeometryError(Finding("fold.parallel-means", sets=names))
     variances, degrees_of_freedom = _mean_variances(members, means, axes[2])
     semi_axes, major_direction = _axis_region(means, axes, variances, min(map(len, members)))
@@ -101,7 +101,7 @@ def common_axis(
             for name, poles in zip(names, members, strict=True)
         ]
         axis_with_derivatives = _axis_with_derivatives(
-            members_with_derivatives, tensors, values, axes
+            members_with_derivatives, tensors, eigenvalues, axes
         )
     off_plane_deg = np.degrees(np.abs(np.arcsin(np.clip(means @ axes[2], -1.0, 1.0))))
     p = _coplanarity_p(means, axes, variances, degrees_of_freedom)
@@ -114,7 +114,7 @@ def common_axis(
     if semi_axes is None:
         notes.append(Finding("fold.set-of-one-plane"))
     axis = build_axis(
-        means, values, axes, semi_axes, major_direction, judge, axis_with_derivatives, notes
+        means, eigenvalues, axes, semi_axes, major_direction, judge, axis_with_derivatives, notes
     )
     return replace(axis, pairs=pairs)
 
@@ -250,7 +250,7 @@ def _common_verdict(
 def _axis_with_derivatives(
     members: Sequence[VectorsWithDerivatives],
     tensors: Sequence[tuple[FloatArray, FloatArray]],
-    values: FloatArray,
+    eigenvalues: FloatArray,
     axes: FloatArray,
 ) -> VectorsWithDerivatives:
     """Return the common axis with its derivatives with respect to the registrations."""
@@ -258,4 +258,4 @@ def _axis_with_derivatives(
         principal_axis(vectors, *tensor, 0)
         for vectors, tensor in zip(members, tensors, strict=True)
     ]
-    return principal_axis(concatenate_vectors(parts), values, axes, 2)
+    return principal_axis(concatenate_vectors(parts), eigenvalues, axes, 2)

@@ -151,7 +151,7 @@ def concatenate_vectors(parts: Sequence[VectorsWithDerivatives]) -> VectorsWithD
 
 def principal_axis(
     vectors_with_derivatives: VectorsWithDerivatives,
-    values: FloatArray,
+    eigenvalues: FloatArray,
     axes: FloatArray,
     index: int,
 ) -> VectorsWithDerivatives:
@@ -160,7 +160,7 @@ def principal_axis(
     Parameters
     ----------
     vectors_with_derivatives : VectorsWithDerivatives
-    values, axes : (3,) and (3, 3) ndarray
+    eigenvalues, axes : (3,) and (3, 3) ndarray
         Eigenvalues and eigenvectors returned by `statistics.orientation_tensor`.
     index : int
         Row of the axis in `axes`.
@@ -173,7 +173,7 @@ def principal_axis(
     n = len(x)
     derivative = np.zeros((n, 3, 3))
     for j in range(3):
-        gap = values[index] - values[j]
+        gap = eigenvalues[index] - eigenvalues[j]
         if j == index or abs(gap) < MIN_EIGENVALUE_GAP:
             continue
         product = (x @ axis)[:, None] * axes[j] + (x @ axes[j])[:, None] * axis

@@ -224,10 +224,10 @@ def fold_axis(
     if n < 2:
         raise GeometryError(Finding("fold.one-plane", n=n))
     poles = unit_vectors(poles)
-    values, axes = orientation_tensor(poles)
-    if values[1] < MIN_SECOND_EIGENVALUE:
+    eigenvalues, axes = orientation_tensor(poles)
+    if eigenvalues[1] < MIN_SECOND_EIGENVALUE:
         raise GeometryError(Finding("fold.parallel-planes", n=n))
-    semi_axes = _semi_axes(values, n)
+    semi_axes = _semi_axes(eigenvalues, n)
     poles_with_derivatives = (
         None
         if rotation_errors is None or not rotation_errors.has_known_errors
@@ -236,10 +236,10 @@ def fold_axis(
     axis_with_derivatives = (
         None
         if poles_with_derivatives is None
-        else principal_axis(poles_with_derivatives, values, axes, 2)
+        else principal_axis(poles_with_derivatives, eigenvalues, axes, 2)
     )
     overturned_flags = None if overturned is None else np.asarray(overturned, bool).reshape(-1)
-    shape = describe_shape(poles, values, axes, overturned_flags)
+    shape = describe_shape(poles, eigenvalues, axes, overturned_flags)
     uniformity_p = assess_uniformity(poles, False).p
     bowing_findings = bowed_findings(bowed_deg, shape.arc_deg)
 
@@ -285,7 +285,14 @@ def fold_axis(
         )
 
     result = build_axis(
-        poles, values, axes, semi_axes, axes[1], judge, axis_with_derivatives, shape_findings(shape)
+        poles,
+        eigenvalues,
+        axes,
+        semi_axes,
+        axes[1],
+        judge,
+        axis_with_derivatives,
+        shape_findings(shape),
     )
     result = replace(result, shape=shape, limbs=_limb_figures(shape), leave_one_out=leave_one_out)
     if fold_without_outliers is None:
@@ -304,14 +311,18 @@ def fold_axis(
     )
 
 
-def _semi_axes(values: FloatArray, n: int) -> tuple[float, float] | None:
+def _semi_axes(eigenvalues: FloatArray, n: int) -> tuple[float, float] | None:
     """Return the semi-axes of the joint 95 % region of beta for n poles, larger first.
 
     The semi-axes are in degrees. Returns None for fewer than three poles (no redundancy).
     """
     if n < 3:
         return None
-    variance = values[2] * values[:2] / ((n - 2) * (values[:2] - values[2]) ** 2 + 1e-300)
+    variance = (
+        eigenvalues[2]
+        * eigenvalues[:2]
+        / ((n - 2) * (eigenvalues[:2] - eigenvalues[2]) ** 2 + 1e-300)
+    )
     widening = 1.0 + 1.0 / (n - 2)
     minor_deg, major_deg = np.degrees(np.arctan(widening * np.sqrt(variance * 2.0 * f95(n - 2))))
     return float(major_deg), float(minor_deg)
@@ -404,9 +415,9 @@ def _verdict_without_plane(
     A larger error or a shorter arc that is due only to the smaller number of planes is ignored.
     """
     n, other_poles = len(poles), np.delete(poles, row, axis=0)
-    values, axes = orientation_tensor(other_poles)
-    shape = describe_shape(other_poles, values, axes)
-    semi_axes = _semi_axes(values, n)
+    eigenvalues, axes = orientation_tensor(other_poles)
+    shape = describe_shape(other_poles, eigenvalues, axes)
+    semi_axes = _semi_axes(eigenvalues, n)
     error = None if semi_axes is None else semi_axes[0]
     cone = None if shape.cone is None else shape.cone.with_count(n - 1, n)
     scaled_shape = replace(shape, cone=cone, arc_deg=shape.arc_deg * (n - 1) / (n - 2))
@@ -423,7 +434,7 @@ def _verdict_without_plane(
 
 def build_axis(
     poles: FloatArray,
-    values: FloatArray,
+    eigenvalues: FloatArray,
     axes: FloatArray,
     semi_axes: tuple[float, float] | None,
     major_direction: FloatArray,
@@ -436,7 +447,7 @@ def build_axis(
     Parameters
     ----------
     poles : (n, 3) ndarray
-    values, axes : (3,) and (3, 3) ndarray
+    eigenvalues, axes : (3,) and (3, 3) ndarray
         Eigenvalues and eigenvectors of the orientation tensor of the poles.
     semi_axes : tuple of float or None
         Semi-axes of the joint 95 % region of beta in degrees, the larger one first.
@@ -471,7 +482,7 @@ def build_axis(
         n=len(poles),
         beta=beta,
         pi_plane=pi_plane,
-        eigenvalues=(float(values[0]), float(values[1]), float(values[2])),
+        eigenvalues=(float(eigenvalues[0]), float(eigenvalues[1]), float(eigenvalues[2])),
         rms_deg=rms(deviations_deg),
         arc_deg=arc_deg(poles, axes),
         max_confidence95_deg=None if semi_axes is None else semi_axes[0],

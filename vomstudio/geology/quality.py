@@ -193,9 +193,10 @@ def resolution_tilt_deg(
 ) -> float | None:
     """Return the possible tilt of a plane due to the resolution of the model.
 
-    For a patch, it is half the resolution divided by the shorter axis. Each point of a trace has an
-    accuracy of a tenth of the resolution (one sigma), regardless of the residuals. The resulting 95
-    % tilt for independent points is limited to half the resolution divided by the shorter axis.
+    For a patch, it is the angle whose tangent is half the resolution divided by the shorter
+    axis. Each point of a trace has a one-sigma error of `POINT_OVER_RESOLUTION` times the
+    resolution, regardless of the residuals. The tilt of a trace is the resulting 95 % tilt for
+    independent points, but at most that of a patch.
 
     Parameters
     ----------

@@ -66,7 +66,7 @@ def orientation_tensor(
 
     Returns
     -------
-    values : (3,) ndarray
+    eigenvalues : (3,) ndarray
         S1 >= S2 >= S3 with sum 1.
     axes : (3, 3) ndarray
         Unit eigenvectors as rows. They point down, or toward a trend in [0, 180) if horizontal.
@@ -76,11 +76,11 @@ def orientation_tensor(
         v = v * np.sqrt(weights)[:, None]
     rows = v if len(v) >= 3 else np.vstack([v, np.zeros((3 - len(v), 3))])
     _, singular_values, axes = np.linalg.svd(rows, full_matrices=False)
-    values = singular_values**2
-    values = values / values.sum()
+    eigenvalues = singular_values**2
+    eigenvalues = eigenvalues / eigenvalues.sum()
     downward_axes = np.array([Line.from_vector(axis).vector() for axis in axes])
     signs = np.sign(np.sum(downward_axes * axes, axis=1))
-    return values, axes * signs[:, None]
+    return eigenvalues, axes * signs[:, None]
 
 
 def woodcock(eigenvalues: npt.ArrayLike) -> tuple[float | None, float | None]:
@@ -133,8 +133,8 @@ def axial_mean(vectors: npt.ArrayLike) -> Line:
     GeometryError
         If S1 = S2, so that the data have no preferred axis.
     """
-    values, axes = orientation_tensor(vectors)
-    if values[0] - values[1] < 1e-12:
+    eigenvalues, axes = orientation_tensor(vectors)
+    if eigenvalues[0] - eigenvalues[1] < 1e-12:
         raise GeometryError(Finding("orientation.no-mean"))
     return Line.from_vector(axes[0])
 

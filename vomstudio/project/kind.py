@@ -338,7 +338,7 @@ def select_plane_features(records: Records, ids: Sequence[str]) -> list[Feature]
 
 
 def is_picked_plane(record: Record | None) -> bool:
-    """Return whether a record is a plane that was picked on a model for its feature type."""
+    """Return whether a record is a plane that was picked on a model."""
     return (
         isinstance(record, Feature)
         and (kind := get_kind(record)).plane is not None
@@ -363,7 +363,7 @@ def group_and_set(record: Record) -> tuple[str, str, bool] | None:
 
 # --- drawing ---------------------------------------------------------------------------------
 def midpoint(line: FloatArray) -> FloatArray:
-    """Return the midpoint (3,) of a polyline by length."""
+    """Return the point (3,) halfway along a polyline."""
     lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
     distances = np.concatenate([[0.0], np.cumsum(lengths)])
     return np.array([np.interp(0.5 * distances[-1], distances, line[:, i]) for i in range(3)])
@@ -378,7 +378,7 @@ def centre(measurement: Measurement) -> FloatArray:
 
 
 def get_line(subject: Subject) -> FloatArray | None:
-    """Return the points if they form a line."""
+    """Return the points of a subject, or None if they do not form a line."""
     points = subject.measured.points
     return points if len(points) > 1 else None
 

@@ -1,7 +1,8 @@
-"""Check of outlying compass planes for azimuths of the strike or opposite direction.
+"""Detection of misread azimuths among outlying compass planes.
 
-The rotation of most planes is estimated by least median of squares over pairs of planes (Rousseeuw
-1984). The other planes are compared with it, both as stated and with alternative azimuths.
+The azimuth may be that of the strike or of the opposite direction. The rotation of most
+planes is estimated by least median of squares over pairs of planes (Rousseeuw 1984). The
+other planes are compared with it, both as stated and with alternative azimuths.
 """
 
 from __future__ import annotations
@@ -93,7 +94,7 @@ def radian_findings(azimuth_deg: FloatArray, inclination_deg: FloatArray) -> lis
 def find_azimuth_correction(
     placed_directions: FloatArray, world: FloatArray, limit_deg: float
 ) -> float | None:
-    """Return the correction of an azimuth that makes a direction agree with the others.
+    """Return the azimuth correction that makes a measured direction match the predicted one.
 
     Parameters
     ----------
@@ -107,8 +108,8 @@ def find_azimuth_correction(
     Returns
     -------
     float or None
-        Correction, degrees, or None if neither a strike misread as dip direction nor the opposite
-        direction explains the difference.
+        Correction, degrees. None if the difference is not explained by a strike that was read
+        as a dip direction, nor by the opposite direction.
     """
     fits = [
         (
@@ -122,7 +123,7 @@ def find_azimuth_correction(
 
 
 def _turn_azimuth(normal: FloatArray, azimuth_deg: float) -> FloatArray:
-    """Return the normal (1, 3) of a plane whose azimuth is increased."""
+    """Return a normal (1, 3) rotated clockwise about the vertical by an angle in degrees."""
     c, s = np.cos(np.radians(azimuth_deg)), np.sin(np.radians(azimuth_deg))
     # Azimuths increase clockwise.
     return np.array([[c * normal[0] + s * normal[1], c * normal[1] - s * normal[0], normal[2]]])
@@ -134,7 +135,7 @@ def _angles_between(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _majority_rotation(model: FloatArray, world: FloatArray) -> FloatArray | None:
-    """Return the rotation (3, 3) with the least median angle."""
+    """Return the rotation (3, 3) with the smallest median angle between planes, or None."""
     best_rotation: tuple[float, FloatArray] | None = None
     for rotation in rotations_from_pairs(model, world):
         median = float(np.median(_angles_between(model @ rotation.T, world)))
@@ -175,7 +176,10 @@ def rotations_from_pairs(
 
 
 def _frame(a: FloatArray, b: FloatArray) -> FloatArray | None:
-    """Return axes (3, 3) symmetric in two directions, or None if these are nearly parallel."""
+    """Return orthogonal axes (3, 3): the bisector and normal of two directions, and a third.
+
+    Returns None if the directions are nearly parallel.
+    """
     cross_axis = np.cross(a, b)
     length = float(np.linalg.norm(cross_axis))
     if length < _MIN_SINE:

@@ -74,7 +74,10 @@ class NorthCorrection:
     day: date | None = None
 
     def read_north(self, sigma_deg: float) -> NorthReference:
-        """Return the record of the correction; `sigma_deg` is common to all readings."""
+        """Return the record of the correction.
+
+        `sigma_deg` is the one-sigma error common to all readings.
+        """
         day = "" if self.day is None else self.day.isoformat()
         return NorthReference(
             self.north, self.deg, self.declination_deg, self.stated, day, sigma_deg
@@ -143,7 +146,7 @@ class NorthInputs:
         Raises
         ------
         InputError
-            Under the conditions of `declination_deg`.
+            For the reasons given in the function `declination_deg`.
         """
         day, place = day or self.day, place or self.location
         if north == "grid":
@@ -223,14 +226,16 @@ def declination_deg(
 def convert_to_grid_north(
     table: AttitudeTable, north: NorthInputs, findings: list[Finding]
 ) -> AttitudeTable:
-    """Convert all yaws to grid north.
+    """Convert yaws to grid north.
+
+    Yaws whose correction is unknown are left unchanged and reported.
 
     Parameters
     ----------
     table : AttitudeTable
     north : NorthInputs
     findings : list of Finding
-        List to which a message about each correction is appended.
+        List to which findings about the corrections are appended.
 
     Returns
     -------

@@ -41,20 +41,20 @@ class Rows:
     residuals : (m,) array
         Predicted minus observed values.
     design : (m, 7) array
-        Derivatives of `residuals` by the seven parameters.
+        Derivatives of `residuals` with respect to the seven parameters.
     sigma : (m,) array
         Stated errors, NaN if not stated.
     groups, parts : (m,) tuple of str
     shared_design : (m, k) array
-        Derivatives by k errors that are common to all rows of a kind.
+        Derivatives with respect to k errors that are common to all rows of a kind.
     shared_sigma : (k,) array
         Prior one-sigma values of the common errors.
     shared_names : (k,) tuple of str
-        Names of the common errors. Errors with the same name are common to several kinds; "" is an
-        error of a single kind.
+        Names of the common errors. Errors with the same name are common to several kinds; an
+        error named "" affects a single kind.
     error_factors : (m,) array or None
-        Maximum ratio of the error of a row to the error of its part if too few rows determine it.
-        If None, the ratio is 1.
+        Largest plausible ratio of the error of each row to that of its part, assumed if too few
+        rows determine it. If None, the ratio is 1.
     axes : (m, 3) array or None
         World directions of the rows of points, zero for other rows. If None, all are zero.
     """
@@ -76,29 +76,29 @@ class ObservationKind(Protocol):
 
     @property
     def labels(self) -> Sequence[str]:
-        """Return the labels (n,) of the observations, each with `len(rows) / n` adjacent rows."""
+        """Labels (n,) of the observations; each observation has `len(rows) / n` adjacent rows."""
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows: ...
 
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Points of the model with known World coordinates, metres.
+    """Points on the model with known World coordinates, in metres.
 
-    Horizontal coordinates and heights have separate errors if there are at least five points; each
-    axis has its own error if there are at least twelve.
+    Horizontal coordinates and heights have separate errors if there are at least five points;
+    each axis has its own error if there are at least twelve.
 
     Attributes
     ----------
     model, world : (n, 3) array
         Points on the model, and the same points in the World frame.
     sigma : (n, 3) array
-        One-sigma errors of `world`, NaN if not stated. These are then estimated from the residuals,
-        which also contain the errors of `model`.
+        One-sigma errors of `world`, NaN if not stated. These are then estimated from the
+        residuals, which also contain the errors of `model`.
     name : str
         Name of the group of points, which are equally accurate unless their errors are stated.
     click_error_m : (n,) array or None
-        Errors of each coordinate of the points on the model, World metres. If None, 0.
+        Error of each coordinate of the points on the model, World metres. If None, 0.
     covariance : (n, 3, 3) array or None
         Covariances of `model`, in its frame and unit. If None, 0.
     """
@@ -227,13 +227,13 @@ class FixedScale(Lengths):
 
     @property
     def scale_derivative(self) -> FloatArray:
-        """Return the change (1,) of the residual per relative error of the fixed scale."""
+        """Derivative (1,) of the residual with respect to the relative error of the scale."""
         return -self.length
 
 
 @dataclass(frozen=True, eq=False)
 class Directions:
-    """Directions of the model measured in the World frame, such as planes by compass.
+    """Directions on the model that were also measured in the World frame, such as by compass.
 
     Attributes
     ----------
@@ -309,7 +309,7 @@ class Verticals:
 
 @dataclass(frozen=True, eq=False)
 class PlumbLines:
-    """Directions of the model that are vertical, without knowing which end is up.
+    """Vertical directions of the model whose upper end is not known.
 
     Attributes
     ----------
@@ -362,9 +362,9 @@ class LevelLines:
     sigma : (n,) array
         One-sigma errors, rad; NaN if not stated.
     min_separation_rad : float
-        Angle, rad. If all lines are closer to each other, they count as one line with their mean
-        direction. Otherwise an error of one of them, through its small component across the mean
-        direction, would tip the model.
+        Minimum angle between lines that are used separately, rad. If all angles are smaller,
+        the lines count as one line in their mean direction. Otherwise, the error of a single
+        line could tilt the model about this direction.
     """
 
     labels: Sequence[str]
@@ -630,7 +630,7 @@ def _cross_product(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _tangents(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the tangents (n, 3) of unit vectors in their vertical plane and horizontally."""
+    """Return two tangents (n, 3) of unit vectors: within their vertical plane, and horizontal."""
     up = np.array([0.0, 0.0, 1.0])
     horizontal_axes = _cross_product(up, directions)
     size = np.linalg.norm(horizontal_axes, axis=1, keepdims=True)
@@ -645,8 +645,8 @@ def _angle(
 ) -> FloatArray:
     """Return the component (n,) along a tangent of the angle between directions, in rad.
 
-    The component is scaled to the angle instead of its sine, so that distant directions also
-    converge.
+    The component is scaled to the angle instead of its sine, so that the fit converges even
+    from distant directions.
     """
     component = (placed_directions * tangent).sum(axis=1)
     sines = np.linalg.norm(

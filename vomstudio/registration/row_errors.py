@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
-from vomstudio.geology.serial_errors import (
+from vomstudio.geometry.serial_errors import (
     correlate,
     fit_serial_correlation,
     independent_share,

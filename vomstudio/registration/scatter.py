@@ -17,7 +17,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.geology.serial_errors import (
+from vomstudio.geometry.serial_errors import (
     correlate,
     fit_serial_correlation,
     independent_share,

@@ -153,7 +153,7 @@ class Models:
         self._loader.load(model.id, path, self._projects.project.cache, add_read_model)
 
     def locate(self, model_id: str, path: Path) -> None:
-        """Read a model from a file that the user has selected, because its file was moved."""
+        """Read a model from the file that the user selected after the original file was moved."""
 
         def add_read_model(opened_model: OpenModel) -> None:
             stored_model_path = self._projects.project.model_path(path)
@@ -213,7 +213,7 @@ class Models:
         self._notices.post(Notice(error, "error", CONVERT))
 
     def convert(self) -> None:
-        """Convert the model that was rejected last to a metric CRS, and open the copy."""
+        """Convert the most recently rejected model to a metric CRS, and open the copy."""
         if self.conversion_available is None:
             return
         (path, crs), project = self.conversion_available, self._projects.project
@@ -317,7 +317,10 @@ class Models:
         return frame, (*stored_registration.findings, *check_frame(frame, bounds, file=path.name))
 
     def _project_frame(self, opened_model: OpenModel) -> Frame | None:
-        """Return the frame of a model of the project near the coordinates of a file, or None."""
+        """Return the frame of a project model near the coordinates of a new file, or None.
+
+        Only loaded models with a CRS are considered, the last one first.
+        """
         low, high = opened_model.data.bounds
         for model in reversed(self._projects.of(Model)):
             other_model = self.open_models.get(model.id)

@@ -1,7 +1,8 @@
-"""Directions of view onto an outcrop, and the effect of their errors.
+"""Viewing directions onto an outcrop with their errors, and the depth of the scene.
 
-A view along the intersection of two planes shows both planes edge-on. A view along the line in a
-fault plane that is perpendicular to the slip shows the whole displacement (textbook 4.2).
+A view along the intersection of two planes shows both planes edge-on. A view along the line
+in a fault plane that is perpendicular to the slip shows the whole displacement (textbook
+4.2).
 """
 
 from __future__ import annotations

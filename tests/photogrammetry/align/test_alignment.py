@@ -52,8 +52,8 @@ def arc(tmp_path_factory: pytest.TempPathFactory) -> tuple[Made, Alignment, Path
 
 def test_cameras_and_points_are_where_they_were(arc: tuple[Made, Alignment, Path]) -> None:
     made, alignment, _ = arc
-    assert alignment.registered == len(made.views)
-    assert not alignment.unregistered
+    assert alignment.registered_photo_count == len(made.views)
+    assert not alignment.unregistered_photos
     # A third of a pixel is 2.4 mm at 12 m.
     assert np.median(camera_errors(alignment, made)) < 0.004
     scene = alignment.parts[0]
@@ -77,7 +77,7 @@ def test_observations_belong_to_their_photos(arc: tuple[Made, Alignment, Path]) 
         mine = scene.track_pixels[scene.track_views == row]
         assert set(map(tuple, mine.tolist())) <= set(map(tuple, found.tolist()))
     assert (scene.colors == [200, 150, 100]).all()
-    assert alignment.tie_points == (scene.track_lengths >= 3).sum() > 500
+    assert alignment.tie_point_count == (scene.track_lengths >= 3).sum() > 500
 
 
 @pytest.mark.full
@@ -162,7 +162,7 @@ def test_two_cameras_with_photos_of_two_sizes_are_told_apart(tmp_path: Path) -> 
     views = [replace(view, intrinsics=small) if i % 2 else view for i, view in enumerate(views)]
     made = make(tmp_path / "photos", views, face())
     alignment = aligned(made, tmp_path / "work")
-    assert alignment.registered == 10
+    assert alignment.registered_photo_count == 10
     assert sorted((len(c.photos), c.values[1]) for c in alignment.cameras) == [
         (5, 600.0),
         (5, 800.0),
@@ -217,7 +217,7 @@ def test_components_that_share_a_photo_are_aligned_and_the_largest_contains_it(
     alignment = aligned(made, tmp_path / "work")
     assert [sorted(images) for images in mapped] == [[*range(1, 9)], [4, *range(9, 14)]]
     assert [len(part.views) for part in alignment.parts] == [8, 5]
-    assert not alignment.unregistered
+    assert not alignment.unregistered_photos
     assert np.median(camera_errors(alignment, made, 0)) < 0.01
     assert np.median(camera_errors(alignment, made, 1)) < 0.01
     assert all(len(part.points) > 100 for part in alignment.parts)
@@ -323,8 +323,8 @@ def test_photos_that_cannot_be_used_are_named_with_a_reason(tmp_path: Path) -> N
         [made, other], problems={"torn.jpg": Finding("alignment.photo-unreadable", reason="torn")}
     )
     alignment = align([*photos, gone], tmp_path / "work", ONE, finder, SilentProgress())
-    assert alignment.registered == 8
-    reasons = dict(alignment.unregistered)
+    assert alignment.registered_photo_count == 8
+    reasons = dict(alignment.unregistered_photos)
     assert set(reasons) == {"elsewhere.jpg", "torn.jpg", "gone.jpg"}
     assert reasons["torn.jpg"] == Finding("alignment.photo-unreadable", reason="torn")
     assert reasons["elsewhere.jpg"].code == "alignment.photo-unmatched"
@@ -340,7 +340,7 @@ def test_fewer_than_two_photos_are_refused(tmp_path: Path, count: int) -> None:
 
 def test_two_photos_make_a_model(tmp_path: Path) -> None:
     made = make(tmp_path / "photos", around(8)[3:5], face())
-    assert aligned(made, tmp_path / "work").registered == 2
+    assert aligned(made, tmp_path / "work").registered_photo_count == 2
 
 
 def test_photos_without_overlap_are_refused_with_the_reason(tmp_path: Path) -> None:
@@ -476,8 +476,8 @@ def test_another_photo_in_the_set_starts_the_matching_anew(
 ) -> None:
     made, _, _ = arc
     finder, work = Finder([made]), tmp_path / "work"
-    assert align(made.photos[:5], work, ONE, finder, SilentProgress()).registered == 5
-    assert align(made.photos, work, ONE, finder, SilentProgress()).registered == 8
+    assert align(made.photos[:5], work, ONE, finder, SilentProgress()).registered_photo_count == 5
+    assert align(made.photos, work, ONE, finder, SilentProgress()).registered_photo_count == 8
     assert len(finder.asked) == 8
 
 
@@ -486,6 +486,6 @@ def test_many_photos_are_matched_by_likeness_and_placed_at_once(tmp_path: Path) 
     made = make(tmp_path / "photos", around(70, LENS), face(500))
     options = replace(ONE, mapper="global")
     alignment = aligned(made, tmp_path / "work", options)
-    assert alignment.registered == 70
+    assert alignment.registered_photo_count == 70
     assert alignment.notes[0].code == "alignment.matched-by-likeness"
     assert np.median(camera_errors(alignment, made)) < 0.01

@@ -51,7 +51,7 @@ def test_five_photos_contradict_a_focal_length_that_is_a_quarter_off(
     made = make(tmp_path / "photos", around(5), face(), focal_px=focal)
     alignment = aligned(made, tmp_path / "work")
     camera = alignment.cameras[0]
-    assert alignment.registered == 5
+    assert alignment.registered_photo_count == 5
     assert camera.focal == "freed"
     assert abs(camera.values[0] - 1500) < 3 * camera.sigma[0] < 30
     assert with_code(camera.reasons, "lens.exif-contradicted")

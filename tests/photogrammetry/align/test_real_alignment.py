@@ -26,7 +26,7 @@ def placed(folder: Path, work: Path, count: int) -> tuple[Sequence[Photo], Align
     """All `count` photos of a folder, aligned."""
     photos = read_photos(folder).photos
     aligned = align(photos, work / "work", OPTIONS, Threads(2), SilentProgress())
-    assert aligned.registered == len(photos) == count
+    assert aligned.registered_photo_count == len(photos) == count
     return photos, aligned
 
 
@@ -39,7 +39,7 @@ def test_a_lake_shore_placed_by_gps_agrees_with_an_independent_cloud(
     folder = data_dir / "brighton_beach"
     photos, aligned = placed(folder, tmp_path, 18)
     # Debian's COLMAP 3.8 on the same photos at the same size: 7515 points at 0.814 px.
-    assert aligned.tie_points >= 7515
+    assert aligned.tie_point_count >= 7515
     scene, report = place_by_gps(aligned.parts[0], photos)
     assert not report.adjusted
     cloud = laspy.read(folder / "model.laz")
@@ -60,7 +60,7 @@ def test_a_wall_placed_by_its_marks_has_its_cameras_where_they_were(
     folder = data_dir / "saint_martin"
     _photos, aligned = placed(folder, tmp_path, 4)
     # Debian's COLMAP 3.8 on the same photos at the same size: 4996 points at 0.247 px.
-    assert aligned.tie_points >= 5020
+    assert aligned.tie_point_count >= 5020
     assert aligned.reprojection_error_px < 0.247
     control = read_control(folder / "Ground-Pts3D.xml")
     marks = read_marks(folder / "GroundMeasure.xml")

@@ -4,7 +4,10 @@ import pytest
 
 from tests.messages import refused
 from vomstudio.core.errors import UsageError
-from vomstudio.photogrammetry.survey.photo_limits import ground_sampling_distance, gsd_for_plane
+from vomstudio.photogrammetry.survey.survey_resolution import (
+    ground_sampling_distance,
+    gsd_for_plane,
+)
 
 
 def test_a_pixel_covers_what_the_pinhole_says():

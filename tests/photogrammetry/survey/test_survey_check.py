@@ -30,8 +30,8 @@ from vomstudio.photogrammetry.survey.overlap import (
     extract_features,
     optical_axes,
 )
-from vomstudio.photogrammetry.survey.photo_limits import expected_planes, planes_summary
 from vomstudio.photogrammetry.survey.photo_quality import blur, linear_light, measure_resampling
+from vomstudio.photogrammetry.survey.survey_resolution import expected_planes, planes_summary
 
 
 def codes(report: SurveyReport, *, grave: bool = True) -> set[str]:

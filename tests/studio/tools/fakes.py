@@ -45,13 +45,13 @@ class Elements:
         return 0.1
 
     def neighbours(self, model_id, then):
-        from vomstudio.extraction.selection.neighbours import build_neighbours
+        from vomstudio.extraction.selection.neighbours import build_neighbour_graph
 
         if self.is_slow:
             self.later.append(then)
             return None
         if model_id not in self.near:
-            self.near[model_id] = build_neighbours(self.models[model_id], 0.1)
+            self.near[model_id] = build_neighbour_graph(self.models[model_id], 0.1)
         return self.near[model_id]
 
     def be_done(self):

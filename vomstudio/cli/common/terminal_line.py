@@ -61,7 +61,7 @@ class TerminalLine:
             console.print(Segments(segments), end="", soft_wrap=True)
 
     def _segments(self, snapshot: Snapshot, columns: int) -> list[Segment]:
-        """Fit the line into the width by omitting the bar, then the figures, then the name."""
+        """Build the line, omitting the bar, then the figures, and truncating the name to fit."""
         spinner = self._spinner_frames[self._frame_index % len(self._spinner_frames)] + " "
         label = snapshot.label
         figures = _figure_texts(snapshot)
@@ -96,7 +96,7 @@ class TerminalLine:
         return self._console.width
 
     def _is_in_foreground(self) -> bool:
-        """Return whether the process is in the foreground of its terminal; others must not draw."""
+        """Return whether the process may draw: background processes of a terminal must not."""
         try:
             return os.tcgetpgrp(self._stream.fileno()) == os.getpgrp()
         except (AttributeError, OSError, ValueError):  # Windows, or not the controlling terminal
@@ -119,7 +119,7 @@ def _figure_texts(snapshot: Snapshot) -> list[str]:
 
 
 def format_rounded_duration(seconds: float) -> str:
-    """Format an estimate with its significant digits."""
+    """Format an estimated duration, rounded to 5 seconds or, if longer, to minutes."""
     if seconds < 57.5:
         return tr("{count} s", count=max(5, 5 * math.ceil(seconds / 5)))
     minutes = max(1, round(seconds / 60))

@@ -1,4 +1,4 @@
-"""`vomstudio trace --propose`: lines above the noise level, most reliable first."""
+"""Command `vomstudio trace --propose`: lines that exceed the noise, most reliable first."""
 
 from __future__ import annotations
 

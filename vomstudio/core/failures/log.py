@@ -1,4 +1,4 @@
-"""Log file of the user, shared by the window, its workers and the command line."""
+"""Per-user log file, shared by the window, its workers and the command line."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _handler: logging.Handler | None = None
 
 
 def folder() -> Path:
-    """Return the folder of the log and the crash traces, which may not exist."""
+    """Return the folder of the log and the crash traces; it may not exist yet."""
     from platformdirs import user_log_path
 
     return user_log_path("vomstudio", appauthor=False)

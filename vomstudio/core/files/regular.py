@@ -77,10 +77,12 @@ def require_regular_file(path: str | Path) -> None:
 
 
 def require_regular_siblings(path: str | Path) -> None:
-    """Raise InputError if a device, pipe or socket has a name that starts like the file.
+    """Raise InputError if a device, pipe or socket is named like the file.
 
-    Use this check for libraries that also open files next to the given one and would block on such
-    a file.
+    Names are compared by whether they start with the stem of the file, regardless of case.
+
+    Use this check for libraries that also open files next to the given one and would block on
+    such a file.
     """
     shown_path = Path(path)
     stem = shown_path.stem.casefold()
@@ -145,7 +147,8 @@ def read_pipe(path: str | Path, limit: int) -> bytes:
     Raises
     ------
     InputError
-        If nothing is written within some seconds, or if there are more than `limit` bytes.
+        If nothing is written within a few seconds, or if the pipe contains more than `limit`
+        bytes.
     OSError
     """
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)

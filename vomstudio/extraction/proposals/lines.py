@@ -99,7 +99,7 @@ def compute_evidence(graph: Graph, cost: str) -> FloatArray:
 def find_lines(
     graph: Graph, evidence: FloatArray, min_length: float, max_lines: int
 ) -> list[LineCandidate]:
-    """Find the strongest lines of a minimum length.
+    """Find the strongest lines that have at least a minimum length.
 
     Parameters
     ----------
@@ -270,7 +270,10 @@ def _trace_lines(
     arc: float,
     max_lines: int,
 ) -> list[LineCandidate]:
-    """Find the longest path through a piece, then through its longest branch, and so on."""
+    """Find the longest path through a piece, and repeat this for each remaining branch.
+
+    Paths are cut where they turn back. The search ends once `max_lines` lines have been found.
+    """
     from scipy.spatial import cKDTree
 
     lines: list[LineCandidate] = []

@@ -54,7 +54,7 @@ class GrownPiece:
     is_truncated: bool
 
 
-class Neighbours(Protocol):
+class NeighbourGraph(Protocol):
     """Neighbour graph of all faces or points of a model. Lengths are in the unit of the file."""
 
     def piece(
@@ -62,8 +62,9 @@ class Neighbours(Protocol):
     ) -> GrownPiece:
         """Grow the planar piece of the surface around a seed.
 
-        The piece contains connected elements whose normals are within the angle of its plane and
-        whose positions are within the distance of it. The plane is refitted as the piece grows.
+        The piece contains connected elements whose normals are within `angle_deg` of the normal of
+        its plane and whose positions are within `distance` of the plane. The plane is refitted as
+        the piece grows.
 
         Parameters
         ----------
@@ -80,7 +81,7 @@ class Neighbours(Protocol):
         """Remove selected elements (n,) that have a neighbour outside the selection."""
 
 
-def build_neighbours(data: Mesh | PointCloud, spacing: float) -> Neighbours:
+def build_neighbour_graph(data: Mesh | PointCloud, spacing: float) -> NeighbourGraph:
     """Build the neighbour graph of a model, which takes seconds for millions of elements.
 
     Parameters
@@ -95,13 +96,13 @@ def build_neighbours(data: Mesh | PointCloud, spacing: float) -> Neighbours:
         If the model has no faces, or if it is a streamed cloud.
     """
     if isinstance(data, Mesh):
-        return MeshNeighbours(data)
+        return MeshNeighbourGraph(data)
     if isinstance(data, StreamedCloud):
         raise GeometryError(Finding("cloud.streamed"))
-    return CloudNeighbours(data, spacing)
+    return CloudNeighbourGraph(data, spacing)
 
 
-class MeshNeighbours:
+class MeshNeighbourGraph:
     """Faces of a mesh with their normals and their neighbours across edges."""
 
     def __init__(self, mesh: Mesh) -> None:
@@ -209,7 +210,7 @@ class MeshNeighbours:
         return selection & ~self.expand(~selection)
 
 
-class CloudNeighbours:
+class CloudNeighbourGraph:
     """Neighbour graph of the points of a cloud.
 
     `has_estimated_normals` is True if the cloud has no normals; they are then estimated for each
@@ -282,7 +283,7 @@ class CloudNeighbours:
         return self._change_ring(selection, includes_outer=False)
 
     def _sort_selection(self, selection: BoolArray) -> tuple[BoolArray, Int32Array]:
-        """Sort a selection, and return the cells that contain selected points."""
+        """Return a selection in the order of the cells, and the cells with selected points."""
         ids = np.flatnonzero(selection)
         if len(ids) * _SPARSE_RATIO > len(selection):
             sorted_selection = selection[self._rows]
@@ -358,7 +359,10 @@ def _single_mask(row: int, count: int) -> BoolArray:
 
 
 def _list_faces_at_corners(corners: Int32Array, count: int) -> tuple[IntArray, Int32Array]:
-    """List the faces at each of `count` positions: starts and faces."""
+    """Return the faces at each of `count` positions as (starts, faces).
+
+    The faces at position i are `faces[starts[i]:starts[i + 1]]`.
+    """
     from scipy.sparse import csr_array
 
     starts = np.arange(0, corners.size + 1, 3, dtype=np.int32)

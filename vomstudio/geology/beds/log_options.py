@@ -48,12 +48,13 @@ class LogOptions(Options):
 
 @dataclass(frozen=True)
 class LogLine(Options):
-    """Bedding and line of a log, as options of the command.
+    """Bedding and line options of the `log` command.
 
     Raises
     ------
     UsageError
-        If a distance is outside its bounds, or if a line option is given without a line.
+        If a distance is outside its bounds, or if an option that requires a line is given
+        without one.
     """
 
     bed: str | None = option(

@@ -113,10 +113,10 @@ class Limbs:
         """Return the errors of the interlimb angle and of the axial plane.
 
         The errors use quantiles of Student's t and Fisher's F, with Welch's (1947) degrees of
-        freedom for the angle. Equality of the scatter of both limbs is not tested first, because
-        few planes cannot show it (Zimmerman 2004, British Journal of Mathematical and Statistical
-        Psychology 57, 173-181). If the scatter may be equal, each limb has at least the pooled
-        scatter.
+        freedom for the angle. These are used without a preliminary test for equal scatter, because
+        such a test has little power for few planes (Zimmerman 2004, British Journal of Mathematical
+        and Statistical Psychology 57, 173-181). If equal scatter is not rejected, each limb has at
+        least the pooled scatter.
 
         Parameters
         ----------
@@ -305,9 +305,10 @@ def _doubt_code(groups: list[FloatArray], separation: float, scatter_rad: float)
 
 
 def _is_narrow(limb_variance: float, n: int, variance: float) -> bool:
-    """Return whether the scatter of n angles is smaller than that of the planes of a hinge.
+    """Return whether n angles scatter significantly less than the planes of a hinge would.
 
-    Variances are in radians squared; `variance` is that of the planes themselves.
+    `limb_variance` is the variance of the angles, and `variance` that of planes without a bend,
+    both in radians squared.
     """
     if n < 3:
         return False

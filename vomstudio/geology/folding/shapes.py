@@ -164,7 +164,10 @@ class PoleShape:
 
 
 def describe_shape(
-    poles: FloatArray, values: FloatArray, axes: FloatArray, overturned: BoolArray | None = None
+    poles: FloatArray,
+    eigenvalues: FloatArray,
+    axes: FloatArray,
+    overturned: BoolArray | None = None,
 ) -> PoleShape:
     """Describe the shape of poles, given the eigenvalues and axes of their tensor.
 
@@ -172,7 +175,7 @@ def describe_shape(
     ----------
     poles : (n, 3) ndarray
         Unit vectors.
-    values : (3,) ndarray
+    eigenvalues : (3,) ndarray
         Eigenvalues of the orientation tensor.
     axes : (3, 3) ndarray
         Eigenvectors of the orientation tensor as rows.
@@ -192,7 +195,7 @@ def describe_shape(
         float(np.quantile(deviations_deg, 0.9)),
         rms(angles_deg),
         arc_deg(poles, axes),
-        vollmer(values),
+        vollmer(eigenvalues),
         fit_small_circle(poles, axes),
         find_limbs(poles, axes, overturned),
     )

@@ -193,7 +193,7 @@ def assess_uniformity(v: FloatArray, is_directed: bool) -> UniformityTest:
 
 
 def axes_confidence(
-    v: FloatArray, values: FloatArray, axes: FloatArray, weights: FloatArray | None = None
+    v: FloatArray, eigenvalues: FloatArray, axes: FloatArray, weights: FloatArray | None = None
 ) -> tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]:
     """Compute the model-free 95 % regions of the axes of the orientation tensor.
 
@@ -201,7 +201,7 @@ def axes_confidence(
     ----------
     v : (n, 3) ndarray
         Unit vectors.
-    values : (3,) ndarray
+    eigenvalues : (3,) ndarray
         Eigenvalues of the orientation tensor.
     axes : (3, 3) ndarray
         Eigenvectors of the orientation tensor as rows.
@@ -219,10 +219,10 @@ def axes_confidence(
     def axis_confidence(i: int) -> AxisConfidence | None:
         j, k = (axis_index for axis_index in range(3) if axis_index != i)
         if n < 5 or not all(
-            _are_distinct(values, projections, i, axis_index, w) for axis_index in (j, k)
+            _are_distinct(eigenvalues, projections, i, axis_index, w) for axis_index in (j, k)
         ):
             return None
-        differences = np.array([values[i] - values[j], values[i] - values[k]])
+        differences = np.array([eigenvalues[i] - eigenvalues[j], eigenvalues[i] - eigenvalues[k]])
         influence = projections[:, [i]] * projections[:, [j, k]] / differences * w[:, None]
         # Use jackknife residuals, because vectors with a large leverage have smaller residuals
         # (MacKinnon & White 1985, Journal of Econometrics 29, 305).
@@ -237,12 +237,12 @@ def axes_confidence(
 
 
 def _are_distinct(
-    values: FloatArray, axis_cosines: FloatArray, i: int, j: int, weights: FloatArray
+    eigenvalues: FloatArray, axis_cosines: FloatArray, i: int, j: int, weights: FloatArray
 ) -> bool:
     """Return whether eigenvalues i and j differ significantly."""
     larger_eigenvalue, smaller_eigenvalue = (
-        max(values[i], values[j]),
-        max(min(values[i], values[j]), 0.0),
+        max(eigenvalues[i], eigenvalues[j]),
+        max(min(eigenvalues[i], eigenvalues[j]), 0.0),
     )
     if larger_eigenvalue - smaller_eigenvalue < 1e-12:
         return False
@@ -274,7 +274,7 @@ def _build_axis_confidence(
 
 
 def fit_bingham(
-    v: FloatArray, values: FloatArray, axes: FloatArray, weights: FloatArray | None = None
+    v: FloatArray, eigenvalues: FloatArray, axes: FloatArray, weights: FloatArray | None = None
 ) -> tuple[BinghamFigures | None, Finding | None]:
     """Fit a Bingham distribution to axes (n, 3) with a given orientation tensor.
 
@@ -287,7 +287,7 @@ def fit_bingham(
     n = len(v)
     if n < 4:
         return None, Finding("bingham.too-few", n=n, minimum=4)
-    model = estimate_bingham(values)
+    model = estimate_bingham(eigenvalues)
     if model is None:
         return None, Finding("bingham.no-scatter")
     if weights is not None:
@@ -295,12 +295,12 @@ def fit_bingham(
         return BinghamFigures(model.k1, model.k2, (None, None, None), None), None
     fit_p = None if n < MIN_FIT_DIRECTIONS else bingham_p(model, v @ axes.T)
     return BinghamFigures(
-        model.k1, model.k2, _bingham_confidence(model, v, values, axes), fit_p
+        model.k1, model.k2, _bingham_confidence(model, v, eigenvalues, axes), fit_p
     ), None
 
 
 def _bingham_confidence(
-    model: Bingham, v: FloatArray, values: FloatArray, axes: FloatArray
+    model: Bingham, v: FloatArray, eigenvalues: FloatArray, axes: FloatArray
 ) -> tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]:
     k = np.array([0.0, model.k2, model.k1])
     n, projections = len(v), v @ axes.T
@@ -308,10 +308,10 @@ def _bingham_confidence(
 
     def axis_confidence(i: int) -> AxisConfidence | None:
         other_axes = [j for j in range(3) if j != i]
-        products = np.array([(values[i] - values[j]) * (k[i] - k[j]) for j in other_axes])
+        products = np.array([(eigenvalues[i] - eigenvalues[j]) * (k[i] - k[j]) for j in other_axes])
         if n < 5 or float(products.min()) < 1e-12:
             return None
-        if not all(_are_distinct(values, projections, i, j, weights) for j in other_axes):
+        if not all(_are_distinct(eigenvalues, projections, i, j, weights) for j in other_axes):
             return None
         return _build_axis_confidence(
             np.diag(1.0 / (2.0 * (n - 2.0) * products)), axes[other_axes], n - 2.0

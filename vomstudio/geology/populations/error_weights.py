@@ -131,8 +131,8 @@ def _squared_residuals(v: FloatArray, weights: FloatArray) -> tuple[FloatArray, 
 
     The second value is the number of degrees of freedom.
     """
-    values, axes = orientation_tensor(v, weights)
-    point, girdle, _ = vollmer(values)
+    eigenvalues, axes = orientation_tensor(v, weights)
+    point, girdle, _ = vollmer(eigenvalues)
     n = len(v)
     if point >= girdle:
         projections = np.abs(v @ axes[0])

@@ -215,14 +215,14 @@ def set_statistics(
         raise ValueError(of)
     v = unit_vectors(vectors)
     weights, weight_figures = (None, None) if errors is None else weights_by_error(v, errors)
-    values, axes = orientation_tensor(v, weights)
+    eigenvalues, axes = orientation_tensor(v, weights)
     fisher_figures, reason = _fisher_figures(v, is_directed, rotation_errors, weights)
-    bingham_figures, bingham_reason = fit_bingham(v, values, axes, weights)
+    bingham_figures, bingham_reason = fit_bingham(v, eigenvalues, axes, weights)
     kent_figures, kent_reason = None, reason
     if fisher_figures is not None and fisher_figures.kappa is not None:
         aligned_vectors = v if is_directed else flip_to_hemisphere(v, axes[0])
         kent_figures, kent_reason = fit_kent(aligned_vectors, is_directed, weights)
-    s1, s2, s3 = (float(value) for value in values)
+    s1, s2, s3 = (float(value) for value in eigenvalues)
     first_line, second_line, third_line = (line_attitude(axis) for axis in axes)
     return SetStatistics(
         len(v),
@@ -233,10 +233,10 @@ def set_statistics(
         TensorFigures(
             (s1, s2, s3),
             (first_line, second_line, third_line),
-            axes_confidence(v, values, axes, weights),
+            axes_confidence(v, eigenvalues, axes, weights),
         ),
-        WoodcockFigures(*woodcock(values)),
-        VollmerIndices(*vollmer(values)),
+        WoodcockFigures(*woodcock(eigenvalues)),
+        VollmerIndices(*vollmer(eigenvalues)),
         bingham_figures,
         bingham_reason,
         kent_figures,

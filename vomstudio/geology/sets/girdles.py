@@ -51,8 +51,8 @@ def find_pairs_without_gap(
                 second_mean = -second_mean
             angle = math.acos(min(1.0, float(first_mean @ second_mean)))
             members = poles[(groups == i) | (groups == j)]
-            values, _ = orientation_tensor(members)
-            if values[1] < MIN_ELONGATION**2 * values[2]:
+            eigenvalues, _ = orientation_tensor(members)
+            if eigenvalues[1] < MIN_ELONGATION**2 * eigenvalues[2]:
                 continue
             cross_axis = second_mean - (first_mean @ second_mean) * first_mean
             cross_axis /= np.linalg.norm(cross_axis)

@@ -1,4 +1,4 @@
-"""Options of the proposal of sets, declared once for all interfaces."""
+"""Options for proposing sets, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ DEFAULT_MAX_SETS = 8
 
 @dataclass(frozen=True)
 class SetOptions(Options):
-    """Number of sets or seeds, and a scanline; None selects a value automatically.
+    """Options for proposing sets: their number or seeds, and a scanline for their spacing.
 
     Raises
     ------
     UsageError
-        If a value is outside its bounds, or if `exactly` is combined with `max_sets` or `seeds`.
+        If a value is outside its bounds, or if `exactly` is combined with `max_sets` or
+        `seeds`.
     """
 
     max_sets: int | None = option(

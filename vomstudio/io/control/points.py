@@ -30,8 +30,8 @@ class ControlPoint:
 class Mark:
     """Mark in a photo.
 
-    `photo` is the path of the photo relative to the folder, or only its file name. x and y are
-    pixel coordinates, where (0.5, 0.5) is the centre of the top-left pixel.
+    `photo` is the path of the photo relative to the photo folder, or only its file name. `x`
+    and `y` are pixel coordinates, in which (0.5, 0.5) is the centre of the top-left pixel.
     """
 
     label: str

@@ -1,13 +1,14 @@
-"""Writing of text DXF files of release 12 (1992), which every program can read.
+"""Writer of text DXF files of release 12 (1992), which every program can read.
 
 Coordinates are written as the shortest decimals that restore each double.
 
-This module does not use a library because all that were measured were slower or less accurate (two
-busy cores). Writing 200,000 points took 0.9 s and 33 MB; ezdxf 1.4.5 took 18 s and 187 MB; its
-r12writer took 3.0 s, with coordinates rounded to 1e-6 and without layer colours and extended data;
-GDAL took 4.4 s, with errors of 5e-9 and the same omissions. 100 planes with traces, discs and their
-figures took 0.15 s, compared with 1.0 s for ezdxf, including 0.3 s for its import; 2000 planes took
-2.8 s, compared with 12.9 s. The tests read the files with ezdxf and GDAL and compare every double.
+This module does not use a library, because all libraries tested were slower or less
+accurate (on two busy cores). Writing 200,000 points took 0.9 s and 33 MB; ezdxf 1.4.5 took
+18 s and 187 MB; its r12writer took 3.0 s, with coordinates rounded to 1e-6 and without
+layer colours and extended data; GDAL took 4.4 s, with errors of 5e-9 and the same
+omissions. 100 planes with traces, discs and their figures took 0.15 s, compared with 1.0 s
+for ezdxf, including 0.3 s for its import; 2000 planes took 2.8 s, compared with 12.9 s. The
+tests read the files with ezdxf and GDAL and compare every double.
 """
 
 from __future__ import annotations
@@ -175,7 +176,7 @@ class DxfWriter:
         self._file.write("".join(map(template.__mod__, zip(*columns, strict=True))))
 
     def _write_values(self, values: Mapping[str, Any]) -> None:
-        """Write values as extended data, with one text `name=value` per value."""
+        """Write values as extended data, with one `name=value` text per value."""
         texts = [
             f"{name}={_format_value(value)}" for name, value in values.items() if _has_value(value)
         ]
@@ -210,7 +211,10 @@ def _format_value(value: Any) -> str:
 
 @functools.cache
 def _palette() -> AnyArray:
-    """Return the RGB values (255, 3) of colours from 1: 24 hues in ten shades, and greys."""
+    """Return the RGB values (255, 3) of the colour numbers 1 to 255.
+
+    These are nine standard colours, 24 hues in ten shades, and six greys.
+    """
     standard_colors = [
         (255, 0, 0),
         (255, 255, 0),

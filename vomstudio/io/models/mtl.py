@@ -66,8 +66,9 @@ def unquote(name: str) -> str:
 def find_companion(folder: Path, name: str) -> tuple[Path | None, str | None]:
     """Find the file that `name` refers to in or below `folder`, and a warning about it.
 
-    Backslashes separate folders; case matters only if both files exist. A path outside the folder
-    is never opened: a file with the same name in the folder is used instead if it exists.
+    Backslashes separate folders. Case is ignored unless a file matches exactly. A path outside
+    the folder is never opened: a file with the same name in the folder is used instead if it
+    exists.
     """
     posix_name = unquote(name).replace("\\", "/")
     if not posix_name or "\0" in posix_name:
@@ -166,7 +167,7 @@ def texture_finding(material: str | int, texture: Path | None, reason: str) -> F
 
 
 def check_image(path: Path) -> str | None:
-    """Return the reason why an image cannot be used according to its header, or None."""
+    """Read the header of an image, and return why it cannot be used, or None."""
     from PIL import UnidentifiedImageError
 
     try:
@@ -323,7 +324,7 @@ def _image_by_material_name(
 
 
 def _has_prefix(name: str, prefix: str) -> bool:
-    """Return whether a name equals another one or continues it after a separator."""
+    """Return whether a name equals a prefix or continues it after a separator, ignoring case."""
     if not prefix or not name.casefold().startswith(prefix.casefold()):
         return False
     return not name[len(prefix) : len(prefix) + 1].isalnum()

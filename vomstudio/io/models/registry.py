@@ -48,7 +48,7 @@ def extensions() -> tuple[str, ...]:
 
 
 def supported_formats() -> str:
-    """Return the formats for messages: 'LAS/LAZ point cloud (.las, .laz), ...'."""
+    """Return the supported formats as text, such as 'LAS/LAZ point cloud (.las, .laz), ...'."""
     readers = find_readers()
     formats = [f"{tr(reader.name)} ({', '.join(reader.extensions)})" for reader in readers.all]
     return ", ".join([*formats, *map(str, readers.problems)])
@@ -70,7 +70,7 @@ def read_head(path: Path) -> bytes:
 
 
 def choose_reader(path: Path, head: bytes) -> Reader:
-    """Return the reader for a file by its content if conclusive, or else by its extension.
+    """Choose the reader for a file by its content, or by its extension if inconclusive.
 
     Raises InputError with a list of the supported formats.
     """

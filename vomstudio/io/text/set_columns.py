@@ -25,7 +25,8 @@ _WKT_COLUMN = "wkt"
 def extract_pieces(table: OrientationTable, positions: FloatArray | None) -> Pieces | None:
     """Return the position, extent and border of each plane in a table.
 
-    The columns used are area_m2, rms_m with lambda1 to lambda3, and a border `wkt`.
+    The columns used are `area_m2`, `rms_m` with `lambda1` to `lambda3`, and `wkt` for the
+    border.
 
     Parameters
     ----------
@@ -41,7 +42,7 @@ def extract_pieces(table: OrientationTable, positions: FloatArray | None) -> Pie
     Raises
     ------
     InputError
-        If a border is not WKT.
+        If a border is not valid WKT.
     """
     if positions is None:
         return None

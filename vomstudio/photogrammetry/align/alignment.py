@@ -75,27 +75,27 @@ class Alignment:
     ----------
     parts : tuple of SparseScene
         Connected components, each in its own frame, the one with the most photos first.
-    unregistered : tuple of (str, Finding)
+    unregistered_photos : tuple of (str, Finding)
         Photos that are not in any part, and the reason for each.
     reprojection_error_px : float
         Mean reprojection error over the observations of the first part.
     cameras : tuple of Calibration
         Calibrated cameras of all parts.
-    tie_points : int
+    tie_point_count : int
         Number of points of the first part that are seen in at least three photos.
     notes : tuple of Finding
         Decisions made during the alignment, and their reasons.
     """
 
     parts: tuple[SparseScene, ...]
-    unregistered: tuple[tuple[str, Finding], ...]
+    unregistered_photos: tuple[tuple[str, Finding], ...]
     reprojection_error_px: float
     cameras: tuple[Calibration, ...]
-    tie_points: int
+    tie_point_count: int
     notes: tuple[Finding, ...] = field(default=())
 
     @property
-    def registered(self) -> int:
+    def registered_photo_count(self) -> int:
         """Number of photos in the first part."""
         return len(self.parts[0].views)
 
@@ -107,9 +107,9 @@ class Alignment:
         header = {
             "version": _VERSION,
             "parts": len(self.parts),
-            "unregistered": [(name, reason.to_dict()) for name, reason in self.unregistered],
+            "unregistered": [(name, reason.to_dict()) for name, reason in self.unregistered_photos],
             "reprojection_error_px": self.reprojection_error_px,
-            "tie_points": self.tie_points,
+            "tie_points": self.tie_point_count,
             "cameras": [asdict(c) | {"reasons": to_json_list(c.reasons)} for c in self.cameras],
             "notes": to_json_list(self.notes),
         }

@@ -73,8 +73,13 @@ def rectify(
 ) -> Rectification | None:
     """Rectify two pinhole photos, or return None if rectification is not useful.
 
-    points : (n, 3) tie points of the first photo
-    min_depth, max_depth : range of depths of the first photo
+    Parameters
+    ----------
+    first, second : View
+    points : (n, 3) array
+        Tie points of the first photo.
+    min_depth, max_depth : float
+        Range of depths in the first photo.
     """
     baseline = second.centre - first.centre
     baseline_length = float(np.linalg.norm(baseline))
@@ -147,7 +152,14 @@ def pair_inverse_depth(
 
     Pixels without a depth are 0. Returns None if the pair cannot be rectified.
 
-    first, second : pinhole view, greyscale picture and mask of each photo
+    Parameters
+    ----------
+    first, second : (View, array, array)
+        Pinhole view, greyscale picture and mask of each photo.
+    points : (n, 3) array
+        Tie points of the first photo.
+    min_depth, max_depth : float
+        Range of depths in the first photo.
     """
     import cv2
 
@@ -253,7 +265,11 @@ def _disparity_range(
 def _fit_disparity_plane(
     u: FloatArray, v: FloatArray, disparity: FloatArray
 ) -> tuple[float, float, float]:
-    """Fit a plane by reweighted least absolute differences; it is level if too steep."""
+    """Fit a plane by iteratively reweighted least squares.
+
+    The weights approximate least absolute differences. If the plane is too steep, the plane of
+    constant median disparity is returned.
+    """
     design = np.column_stack([u, v, np.ones_like(u)])
     weights = np.ones_like(u)
     solution = np.zeros(3)

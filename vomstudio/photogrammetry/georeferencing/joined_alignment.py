@@ -66,7 +66,7 @@ def _replace_parts(alignment: Alignment, parts: tuple[SparseScene, ...]) -> Alig
         alignment,
         parts=parts,
         reprojection_error_px=float(np.nanmean(lengths)) if len(lengths) else float("nan"),
-        tie_points=int((parts[0].track_lengths >= 3).sum()),
+        tie_point_count=int((parts[0].track_lengths >= 3).sum()),
     )
 
 

@@ -49,7 +49,7 @@ class PoseErrors:
     is_weak: BoolArray
 
     def findings(self, scene: SparseScene) -> list[Finding]:
-        """Return a warning that names the weakly connected photos."""
+        """Return a warning that names the weakly connected photos, if any."""
         if not self.is_weak.any():
             return []
         return [
@@ -114,7 +114,7 @@ def _semi_axes(covariances: FloatArray) -> FloatArray:
 
 
 def _pose_information(scene: SparseScene, noise: float) -> FloatArray:
-    """Return the normal matrix (6 v, 6 v) of projection centres and rotations."""
+    """Return the normal matrix (6 v, 6 v) of the poses, with the tie points eliminated."""
     from scipy.sparse import bsr_matrix
 
     count, points = len(scene.views), scene.track_points
@@ -150,7 +150,7 @@ def _pose_information(scene: SparseScene, noise: float) -> FloatArray:
 def _derivatives(
     views: Sequence[View], scene: SparseScene, noise: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the weighted derivatives for poses (m, 2, 6) and points (m, 2, 3).
+    """Return the weighted derivatives with respect to poses (m, 2, 6) and points (m, 2, 3).
 
     A pose consists of the projection centre and a rotation about the axes of the scene.
     """
@@ -178,7 +178,7 @@ def _derivatives(
 
 
 def _similarity_motions(centres: FloatArray, scale: float) -> FloatArray:
-    """Return the motions (6 v, 7) of all poses by the seven parameters of a similarity."""
+    """Return the derivatives (6 v, 7) of the poses with respect to a similarity."""
     count = len(centres)
     offsets = centres - centres.mean(axis=0)
     motions = np.zeros((count, 6, 7))

@@ -74,7 +74,7 @@ def overview(out: Path) -> dict[str, Any]:
     registration = scene_facts.get("registration", {})
     gps = {row["name"]: row["error_m"] for row in registration.get("residuals", [])}
     depths = stage_folder(out, "depths")
-    reasons = {name: reason.message for name, reason in alignment.unregistered}
+    reasons = {name: reason.message for name, reason in alignment.unregistered_photos}
     views = {view.name: row for row, view in enumerate(scene.views)}
     parts = {view.name: k for k, part in enumerate(alignment.parts) for view in part.views}
     lengths = np.linalg.norm(mapping.residuals(scene), axis=1)

@@ -79,9 +79,10 @@ class Outputs:
 
 
 def claim_folder(out: Path) -> Outputs:
-    """Prepare a folder, which must be new, empty or of an earlier run, for a reconstruction.
+    """Prepare a folder for a reconstruction.
 
-    Raises TargetError if the folder has other content or cannot be created.
+    The folder must be new, empty or from an earlier run. Raises TargetError if it has other
+    content or cannot be created.
     """
     check_in_project(out)
     try:

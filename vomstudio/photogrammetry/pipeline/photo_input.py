@@ -68,9 +68,18 @@ def usable_photos(
 ) -> PhotoFolder:
     """Return the usable photos, and reject input that would only fail hours later.
 
-    masks : mask of each photo, by name; None to use the masks beside the photos
+    Parameters
+    ----------
+    folder : Path
+    settings : PipelineSettings
+    tables : ControlTables
+    progress : Progress
+    masks : mapping of str to Path, optional
+        Mask of each photo, by name. If None, the masks next to the photos are used.
 
-    Raises InputError.
+    Raises
+    ------
+    InputError
     """
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.georeferencing.control_check import check_control
@@ -135,7 +144,7 @@ def photo_hash(photo: Photo) -> str:
 
 
 def read_bytes(path: Path) -> bytes:
-    """Read a file. Raises InputError if it is missing."""
+    """Read a file. Raises InputError if it cannot be read."""
     try:
         with open_regular_file(path) as stream:
             return stream.read()
@@ -147,7 +156,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def hash_file(path: Path) -> str:
-    """Return the SHA-256 of a file, hexadecimal. Raises InputError."""
+    """Return the hexadecimal SHA-256 hash of a file. Raises InputError."""
     try:
         with open_regular_file(path) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()

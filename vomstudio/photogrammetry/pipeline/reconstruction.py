@@ -474,7 +474,7 @@ class _Run:
 
         self.log.end_stage()
         outputs, scene = self.outputs, placed_registered.scene
-        for name, reason in alignment.unregistered:
+        for name, reason in alignment.unregistered_photos:
             finding = Finding(
                 "alignment.photo-left-out",
                 photo=name,
@@ -496,7 +496,7 @@ class _Run:
         survey = check_scene(
             rock_scene,
             # Photos of other parts have a pose, and are counted there.
-            unregistered_names=[name for name, _ in alignment.unregistered],
+            unregistered_names=[name for name, _ in alignment.unregistered_photos],
             other_parts=alignment.parts[1:],
             cameras=cameras,
             planes=report_data.model_plane_sizes(cloud, textured_mesh, registration),

@@ -28,8 +28,11 @@ from vomstudio.photogrammetry.survey.check_results import (
     sort_by_severity,
 )
 from vomstudio.photogrammetry.survey.overlap import compare_photos, extract_features, optical_axes
-from vomstudio.photogrammetry.survey.photo_limits import expected_planes, ground_sampling_distance
 from vomstudio.photogrammetry.survey.photo_quality import measure_quality
+from vomstudio.photogrammetry.survey.survey_resolution import (
+    expected_planes,
+    ground_sampling_distance,
+)
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo

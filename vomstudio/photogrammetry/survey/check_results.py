@@ -10,7 +10,7 @@ from vomstudio.core.results import OPTIONAL_IN_JSON, Result
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.geometry.units import length_text
-from vomstudio.photogrammetry.survey.photo_limits import expected_planes
+from vomstudio.photogrammetry.survey.survey_resolution import expected_planes
 
 _SEVERITY_ORDER = {"error": 0, "warning": 1, "info": 2}
 

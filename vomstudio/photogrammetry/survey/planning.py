@@ -19,13 +19,16 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN_IN_JSON, Result, to_dict
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
-from vomstudio.photogrammetry.survey.photo_limits import ground_sampling_distance, gsd_for_plane
 from vomstudio.photogrammetry.survey.plan_camera import PlanCamera
 from vomstudio.photogrammetry.survey.registration_forecast import Forecast
 from vomstudio.photogrammetry.survey.survey_options import (
     DEFAULT_APERTURE,
     MIN_OVERLAP,
     PlanOptions,
+)
+from vomstudio.photogrammetry.survey.survey_resolution import (
+    ground_sampling_distance,
+    gsd_for_plane,
 )
 
 Manner = Literal["handheld", "drone", "terrain"]

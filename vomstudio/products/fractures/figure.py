@@ -366,7 +366,7 @@ def _draw_directions(
 
 
 def _orientation(mapped_network: MappedNetwork) -> tuple[str, str, str]:
-    """Return the directions to the left, right and top of the map; a map needs only the top."""
+    """Return the labels of the left, right and top of the map; empty if not required."""
     plane = mapped_network.statistics.plane
     if plane is None or plane.is_horizontal:
         return "", "", "N" if mapped_network.y_axis == "N" else tr(mapped_network.y_axis)

@@ -496,9 +496,9 @@ def _total(net_set: NetSet, mean: FloatArray) -> NetLineEllipse | None:
     if net_set.rotation_errors is None or not net_set.rotation_errors.has_known_errors:
         return None
     vectors = net_set.vectors()
-    values, axes = orientation_tensor(vectors)
+    eigenvalues, axes = orientation_tensor(vectors)
     covariance = principal_axis(
-        differentiate_vectors(vectors, net_set.rotation_errors), values, axes, 0
+        differentiate_vectors(vectors, net_set.rotation_errors), eigenvalues, axes, 0
     ).covariance()[0]
     fisher_cone = None
     if no_fisher_reason(vectors, False) is None:

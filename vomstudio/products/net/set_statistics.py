@@ -59,8 +59,8 @@ def fit_girdles(
     for set_ in sets:
         if not len(set_):
             continue
-        values, axes = orientation_tensor(set_.vectors())
-        shape = woodcock(values)[0]
+        eigenvalues, axes = orientation_tensor(set_.vectors())
+        shape = woodcock(eigenvalues)[0]
         if len(set_) < _MIN_FEATURES or shape is None or shape > 1.0:
             scattered_sets.append(set_.name)
             continue
@@ -149,8 +149,8 @@ def _describe_set(net_set: NetSet, notation: str, decimals: int) -> str:
             mean=format_orientation(fisher_mean.mean),
             figures=", ".join(figures) or tr("all identical"),
         )
-    values, axes = orientation_tensor(vectors)
-    _, girdle, random = vollmer(values)
+    eigenvalues, axes = orientation_tensor(vectors)
+    _, girdle, random = vollmer(eigenvalues)
     if girdle > random:
         return tr(
             "{set}: n = {n:,}, girdle (G {share:.2f}) about {axis}, by the tensor",

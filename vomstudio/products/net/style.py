@@ -77,7 +77,10 @@ class NetStyle:
 
     @classmethod
     def dock(cls, dark: bool = False, dpi: float = 100.0, font_px: float = 11.0) -> NetStyle:
-        """Return a light or dark style for a screen, with sizes in screen pixels."""
+        """Return a light or dark style for a screen with the resolution `dpi`.
+
+        `font_px` is the font size in pixels; symbols and lines also have fixed sizes in pixels.
+        """
         px = 72.0 / dpi
         sizes = {"font_pt": font_px * px, "marker_pt": 6.0 * px, "line_pt": 1.1 * px}
         return replace(cls.dark() if dark else cls(), **sizes)  # type: ignore[arg-type]
@@ -123,7 +126,7 @@ class NetStyle:
         return (face, self.net, 0.5 * self.line_pt) if edge == face else (face, edge, self.line_pt)
 
     def outline(self, color: str) -> str:
-        """Return a colour for thin lines that is visible on the paper, unlike yellow on white."""
+        """Return a colour for thin lines, darkened or lightened if its contrast is too low."""
         return mix_colors(color, self.ink) if _contrast(color, self.net) < 1.8 else color
 
 
@@ -159,7 +162,7 @@ def _contrast(first_color: str, second_color: str) -> float:
 
 
 def symbol_scale(n: int) -> float:
-    """Return the factor by which symbols are reduced if there are n of them."""
+    """Return the scale factor of symbols, 0.4 to 1, if n of them are drawn."""
     return float(np.interp(math.log10(max(n, 1)), [2.0, 3.0, 4.0], [1.0, 0.7, 0.4]))
 
 

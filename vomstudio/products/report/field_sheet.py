@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.words import to_translate, tr
-from vomstudio.photogrammetry.survey.photo_limits import planes_summary
 from vomstudio.photogrammetry.survey.plan_forecast import forecast_summary
+from vomstudio.photogrammetry.survey.survey_resolution import planes_summary
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

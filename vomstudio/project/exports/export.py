@@ -200,7 +200,10 @@ def write_csv(out: Path, table: ProjectTable, *, force: bool = False) -> Project
 
 
 def get_thresholds(settings: Mapping[str, Any]) -> Thresholds | None:
-    """Return the thresholds of the newest edit, so that a table matches the window."""
+    """Return the verdict thresholds in the settings of the newest edit, or None.
+
+    With these thresholds, the verdicts in exported tables match those in the window.
+    """
     try:
         return Thresholds(**settings["thresholds"])
     except (KeyError, TypeError):

@@ -50,7 +50,7 @@ from vomstudio.project.imports.row_features import (
 from vomstudio.project.imports.trace_tables import trace_table_rows
 from vomstudio.project.kinds.station import merge_stations
 from vomstudio.project.records import Feature, FeatureType, Model, Record
-from vomstudio.project.tables.feature_lists import WKT
+from vomstudio.project.tables.feature_lists import WKT_COLUMN
 
 _COLUMNS = (
     "name",
@@ -257,7 +257,10 @@ def _rows(path: Path, report: ReadingReport, progress: Progress) -> Iterator[Lis
 
 
 def _find_layer(name: str, layers: Sequence[str] = LAYERS) -> str:
-    """Return the layer of an export that a layer or file is named after, or ""."""
+    """Return the layer in `layers` that the name equals or ends with, or an empty string.
+
+    For example, "site_traces" belongs to the layer "traces".
+    """
     folded_name = name.casefold()
     return next(
         (layer for layer in layers if folded_name == layer or folded_name.endswith(f"_{layer}")), ""
@@ -330,9 +333,9 @@ def _reading_error(path: Path) -> InputError:
 
 
 def _points(shape: Any) -> Iterator[tuple[bool, FloatArray]]:
-    """Yield the points (n, 3) of each part without closing points; missing heights are NaN.
+    """Yield, for each part of a shape, whether it is a line, and its points (n, 3).
 
-    Each item begins with whether the part is a line.
+    Closing points are omitted, and missing heights are NaN.
     """
     import shapely
 
@@ -355,7 +358,7 @@ def _table(path: Path, lines: list[str], findings: list[Finding]) -> Iterator[Li
     findings += crs_findings
     layer = _find_layer(path.stem)
     body = csv.DictReader(line for line in lines if not line.startswith("#"))
-    known_columns = {*_COLUMNS, *"xyz", WKT}
+    known_columns = {*_COLUMNS, *"xyz", WKT_COLUMN}
     while True:
         try:
             names = [k for k in body.fieldnames or () if str(k).casefold() in known_columns]
@@ -370,9 +373,9 @@ def _table(path: Path, lines: list[str], findings: list[Finding]) -> Iterator[Li
             for name in names
             if isinstance(v := cells.get(name), str)
         }
-        if row.get(WKT):
+        if row.get(WKT_COLUMN):
             try:
-                (shape,) = parse_wkt([row[WKT]])
+                (shape,) = parse_wkt([row[WKT_COLUMN]])
             except shapely.GEOSException:
                 continue
             kind = {"Point": "stations", "LineString": "contacts", "Polygon": "lithologies"}.get(

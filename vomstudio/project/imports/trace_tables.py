@@ -25,7 +25,7 @@ from vomstudio.io.text.tables import (
     read_table,
 )
 from vomstudio.project.imports.listed_rows import ListedRow, ReadingReport, stated_plane
-from vomstudio.project.tables.feature_lists import WKT
+from vomstudio.project.tables.feature_lists import WKT_COLUMN
 
 _TRACE_COLUMNS = (
     *("trace", "traceid", "tracename", "polyline", "polylineid", "line", "lineid", "linename"),
@@ -65,7 +65,7 @@ def trace_table_rows(
     except InputError:
         # The reader of stations reports what is wrong.
         return None
-    if any(table.has(name) for name in (*_STATION_COLUMNS, WKT)) or not len(table):
+    if any(table.has(name) for name in (*_STATION_COLUMNS, WKT_COLUMN)) or not len(table):
         return None
     frame, findings = table_crs(path, table.comments)
     column = _group_column(table, columns)

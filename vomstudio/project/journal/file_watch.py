@@ -66,7 +66,10 @@ class JournalFiles:
         self._file_stamp, self._log_stamp = current_stamp, _stamp(self._log)
 
     def record_write(self) -> Finding | None:
-        """Record the state after a write, or return why the row is not at the journal's path."""
+        """Record the state after a write.
+
+        Returns a finding if the row is not in the file at the journal's path.
+        """
         previous_file_stamp, log = self._file_stamp, self._log_stamp
         # Rows written by this connection do not change the version.
         self._note_files()
@@ -78,7 +81,10 @@ class JournalFiles:
         return None
 
     def write_failure(self, head: Head) -> Finding | None:
-        """Return why nothing may be written, or None; `head` belongs to the rows in the file."""
+        """Return why nothing may be written, or None.
+
+        `head` is the head that the file is expected to have.
+        """
         current_stamp, log = _stamp(self._file), _stamp(self._log)
         version = _data_version(self._db)
         if (current_stamp, log, version) == (self._file_stamp, self._log_stamp, self._version):
@@ -121,7 +127,7 @@ class JournalFiles:
         return self._log_stamp is not None and _is_same_file(self._log_stamp, _stamp(self._log))
 
     def is_open_file(self) -> bool:
-        """Return whether the file at the path of the journal is the open one."""
+        """Return whether the file at the journal's path is the file that is open."""
         return self._file_stamp is not None and _is_same_file(self._file_stamp, _stamp(self._file))
 
 

@@ -1,8 +1,8 @@
 """Common fields of features that are measured on a model or in the field.
 
-Each kind of feature is a frozen dataclass in `project/kinds`. These classes declare the fields that
-several kinds share, so that code can use them without depending on a kind. They do not define
-values: each kind defines the order of its fields.
+Each kind of feature is a frozen dataclass in `project/kinds`. These classes declare the
+fields that several kinds share, so that code can use them without depending on a kind. The
+fields have no values here, because each kind defines the order of its own fields.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class ModelFeature(Feature):
 
 
 class RepeatableFeature(ModelFeature):
-    """Feature that may be picked a second time without the first pick being visible.
+    """Feature that may be picked again while the first pick is hidden.
 
     `repeat_of` is the ID of the feature that it repeats, or None if it is not a repeat.
     `interpreter` is the person who picked it, or None if unknown.

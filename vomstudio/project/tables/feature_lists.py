@@ -22,7 +22,7 @@ from vomstudio.project.tables.project_layers import subjects_by_kind
 from vomstudio.project.tables.project_table import ProjectTable
 
 _WKT_TYPES = {"point": "POINT Z", "line": "LINESTRING Z", "ring": "POLYGON Z"}
-WKT = "wkt"
+WKT_COLUMN = "wkt"
 
 
 def listed_tables(
@@ -55,7 +55,7 @@ def _text(kind: Kind, subjects: list[Subject], table: ProjectTable) -> str:
         f"units: {table.axes.description}",
     ]
     lines = [comment_line(line).rstrip("\n") for line in header]
-    lines.append(",".join([*(figure.name for figure in figures), WKT]))
+    lines.append(",".join([*(figure.name for figure in figures), WKT_COLUMN]))
     for subject in subjects:
         shape = kind.layer.shape(subject)
         cells = [csv_cell(figure.value(subject)) for figure in figures]

@@ -1,6 +1,6 @@
-"""Comment lines of a table that state how well the rotation of registrations is known.
+"""Comment lines of a table that state the covariance of the rotation of each registration.
 
-They make a table complete: `registration_error_deg`, which is one half-angle per row, does not
+The column `registration_error_deg` contains only one half-angle per row and does not
 describe the axis about which a model may be rotated.
 """
 
@@ -21,13 +21,16 @@ from vomstudio.project.registration_errors import bowing_limit_deg
 def find_registrations(
     records: Mapping[str, Record], features: Iterable[Feature]
 ) -> list[dict[str, Any]]:
-    """Return the registrations of the models of features whose error is known.
+    """Return the registrations used by the models of some features.
+
+    Registrations without a known rotation error are omitted.
 
     Returns
     -------
     list of dict
-        models : names of the models; rotation_covariance_deg2 : (3, 3) about east, north and up, in
-        degrees squared; bowed_deg : possible difference in dip between the edges, if known.
+        models : names of the models; rotation_covariance_deg2 : (3, 3) about east, north and
+        up, in degrees squared; bowed_deg : possible difference in dip between the edges, if
+        known.
     """
     ids = dict.fromkeys(
         feature.model_id for feature in features if isinstance(feature, ModelFeature)
@@ -57,7 +60,7 @@ def find_registrations(
 
 
 def registration_lines(registrations: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return one line per registration, without the `#`."""
+    """Return one comment line per registration, without the leading `#`."""
     return [
         f"{REGISTRATION_PREFIX} {json.dumps(dict(registration))}" for registration in registrations
     ]

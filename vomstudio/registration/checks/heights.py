@@ -104,6 +104,9 @@ def _contradicts_model(model: FloatArray, world: FloatArray) -> bool:
 
 
 def _is_off_plane(model: FloatArray, scale: float, squares: float) -> bool:
-    """Return whether four points on the model are as non-planar as their residuals."""
+    """Return whether four points are far enough from a common plane to explain their misfit.
+
+    `squares` is the sum of their squared residuals.
+    """
     axes = np.linalg.svd(model - model.mean(axis=0), compute_uv=False)
     return bool((scale * axes[2]) ** 2 > 0.1 * squares)

@@ -180,9 +180,10 @@ def _residual_correction(count: int) -> float:
 
 
 def mark_error_px(points: Sequence[Marks]) -> float:
-    """Return the error of a mark in one direction to be used, from the scatter of all marks.
+    """Return the one-sigma error to assume for a mark in one direction, pixels.
 
-    Points whose marks scatter too much to show the same point are excluded.
+    It is estimated from the scatter of all marks, but is at least `MIN_MARK_ERROR_PX`. Points
+    whose marks scatter too much to show the same point are excluded.
 
     Parameters
     ----------
@@ -192,7 +193,7 @@ def mark_error_px(points: Sequence[Marks]) -> float:
     Raises
     ------
     GeometryError
-        If this applies to all points.
+        If the marks of all points scatter too much.
     """
     marks_with_distances = _robust_distances(points)
     if not marks_with_distances:
@@ -230,7 +231,7 @@ def mark_scatter_findings(scatter_px: float) -> list[Finding]:
 
 
 def disagreeing_marks_finding(labels: Sequence[str]) -> Finding:
-    """Return the finding for points whose marks do not intersect in one position.
+    """Return the finding for points whose marks do not agree on one position.
 
     Parameters
     ----------

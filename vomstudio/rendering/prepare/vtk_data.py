@@ -1,11 +1,11 @@
-"""Conversion of NumPy arrays to VTK data sets, which copy or keep alive each array.
+"""Conversion of NumPy arrays to VTK data sets, which copy each array or keep it alive.
 
-PyVista is not used here, because it is slower. Importing it takes 0.5 to 0.9 s after VTK has
-been imported, and no picture can be drawn during this time. Creating a small data set takes 0.13
-ms instead of 0.03 to 0.06 ms, and a scene has thousands of them. A cloud of 500,000 points takes
-0.4 ms instead of 0.03 ms, because each point becomes a cell, and a texture of 2048 x 2048 pixels
-takes 30 to 80 ms instead of 0.1 ms. Only a mesh of a million faces is faster (0.13 ms instead of
-0.25 to 0.6 ms).
+PyVista is not used here, because it is slower. Importing it takes 0.5 to 0.9 s after VTK
+has been imported, and no picture can be drawn during this time. Creating a small data set
+takes 0.13 ms instead of 0.03 to 0.06 ms, and a scene has thousands of them. A cloud of
+500,000 points takes 0.4 ms instead of 0.03 ms, because each point becomes a cell, and a
+texture of 2048 x 2048 pixels takes 30 to 80 ms instead of 0.1 ms. Only a mesh of a million
+faces is faster (0.13 ms instead of 0.25 to 0.6 ms).
 """
 
 from __future__ import annotations

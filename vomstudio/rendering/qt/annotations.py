@@ -268,7 +268,7 @@ class Annotations:
         return arrays
 
     def _measure(self, arrays: _FeatureArrays, rows: IntArray) -> None:
-        """Determine the positions and sizes of labels for which they are unknown."""
+        """Compute the positions and sizes of labels that are not yet known."""
         rows = rows[~arrays.is_measured[rows]]
         if not len(rows):
             return
@@ -278,7 +278,7 @@ class Annotations:
         arrays.is_measured[rows] = True
 
     def _selection_mask(self, arrays: _FeatureArrays, selected_names: frozenset[str]) -> BoolArray:
-        """Return which drawings (n,) are selected, computed once per selection."""
+        """Return a mask (n,) of the selected drawings, computed once per selection."""
         known_arrays, known_names, flags = self._selected_flags
         if known_arrays is not arrays or known_names is not selected_names:
             flags = arrays.flags(selected_names)
@@ -288,7 +288,7 @@ class Annotations:
     def _label_mask(
         self, arrays: _FeatureArrays, is_selected: BoolArray, is_moving: bool
     ) -> BoolArray:
-        """Return which drawings (n,) may be labelled, wherever they are in the view."""
+        """Return a mask (n,) of the drawings that may be labelled if they are in the view."""
         if self.label_mode == "none":
             return np.zeros(arrays.count, np.bool_)
         has_label = arrays.has_label.copy()
@@ -575,7 +575,7 @@ class Annotations:
         hidden_frames_by_id: dict[str, int],
         is_moving: bool,
     ) -> BoolArray:
-        """Return which drawings are visible, or were visible recently if the view is moving."""
+        """Return a mask (n,) of the drawings that are visible or, while moving, recently were."""
         if not is_moving or not hidden_frames_by_id:
             return is_visible
         return is_visible | arrays.flags(
@@ -591,7 +591,7 @@ class Annotations:
         shown_rows: Iterable[int],
         is_visible: BoolArray,
     ) -> None:
-        """Count the frames for which each shown row has been invisible."""
+        """Update the number of frames for which each drawn label or symbol has been hidden."""
         previous_positions = dict(hidden_frames_by_id)
         hidden_frames_by_id.clear()
         for row in shown_rows:

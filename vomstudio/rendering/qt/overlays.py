@@ -1,4 +1,4 @@
-"""Overlays that change only when the camera moves."""
+"""Overlays painted over the 3-D view: labels, legends, compass and scale bar."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class Overlays:
     Attributes
     ----------
     is_north_known, is_unit_known : bool
-        Whether the y axis of the World frame points North, and whether its unit is the metre.
+        Whether the y axis of the World frame points north, and whether its unit is the metre.
     bars : list of ColorBar
-        Colour bars of the last paint.
+        Colour bars that were last painted.
     legend : ColorLegend
         Legend of the colours of features.
     covered_rect : QRectF
@@ -36,7 +36,10 @@ class Overlays:
     """
 
     def __init__(self, camera: Camera, captions: Mapping[str, str]) -> None:
-        """Create overlays; `captions` contains the model names if several models show a field."""
+        """Create the overlays.
+
+        `captions` maps model ids to the names that are shown if there are several colour bars.
+        """
         self._camera = camera
         self._captions = captions
         self.annotations = Annotations()

@@ -49,9 +49,9 @@ _Content = Literal["none", "part", "simple", "all"]
 
 
 class FeatureLayer:
-    """Layer of the drawings of features, with their actors.
+    """Layer that draws features, with their drawings and actors.
 
-    `drawings` is in order of creation, which is also the order of drawing.
+    `drawings` is in order of creation, which is also the drawing order.
     """
 
     def __init__(self) -> None:
@@ -137,7 +137,7 @@ class FeatureLayer:
             vtk_data.clip(actor, planes)
 
     def set_scale(self, scale: float) -> None:
-        """Set the device pixels per logical pixel; line widths are logical."""
+        """Set the number of device pixels per logical pixel, the unit of line widths."""
         self.scale = scale
         self.areas.scale = scale
         self._is_stale = True
@@ -187,7 +187,7 @@ class FeatureLayer:
         return self._runs.points
 
     def corners(self) -> FloatArray:
-        """Return the box corners (8, 3) of all drawings in the World frame, or (0, 3)."""
+        """Return the corners (8, 3) of the World box of all drawings, or (0, 3) if empty."""
         return self._corners
 
     def refresh(
@@ -244,7 +244,10 @@ class FeatureLayer:
         self.is_simplified = self._is_simple("") or self._is_simple("+")
 
     def _is_simple(self, mark: str) -> bool:
-        """Return whether lines are drawn without halos now; `mark` is "+" for the selected."""
+        """Return whether lines are now drawn without halos.
+
+        `mark` is "+" for the lines of selected features.
+        """
         points = self._line_points["+" if mark == "+" else ""]
         return self.is_thin and points >= MIN_THIN_POINTS
 

@@ -1,4 +1,4 @@
-"""Second scene that draws the contents of another scene without copying their data."""
+"""Second scene that draws the contents of another scene without copying its data."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class SharedScene(Scene):
         self._source = source
 
     def follow(self, is_shown: Callable[[str], bool]) -> bool:
-        """Adopt the present contents and appearance of the source.
+        """Adopt the current contents and appearance of the source.
 
         Parameters
         ----------
@@ -117,7 +117,7 @@ class SharedScene(Scene):
         return True
 
     def _follow_model(self, model: ModelScene) -> bool:
-        """Adopt the present state of a model of the source."""
+        """Adopt the current state of a model of the source. Return whether it has changed."""
         copy, is_changed = self.models.get(model.model_id), False
         if copy is None or copy.data is not model.data:
             bounds = model.origin + np.stack([model.low, model.high])

@@ -23,8 +23,8 @@ def parts_in_view(
 ) -> list[tuple[ModelScene, Part]]:
     """Return the parts whose boxes may be in view, nearest first.
 
-    For clouds, these are the nodes required for the view, or all present nodes if
-    `include_all_nodes`.
+    For clouds, these are the nodes required for the view, or all loaded nodes if
+    `include_all_nodes` is True.
     """
     parts = []
     aspect = size[0] / max(size[1], 1)

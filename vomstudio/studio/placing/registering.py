@@ -58,17 +58,17 @@ def import_control_points(
     existing_points = {point.name: point for point in known_control_points}
     records_after: dict[str, Record | None] = {}
     for row, label in enumerate(pairs.labels):
-        existing_point = existing_points.get(label)
-        if existing_point is None:
-            existing_point = ControlPoint(new_id("control"), label, model.id, model.content_hash)
+        control_point = existing_points.get(label)
+        if control_point is None:
+            control_point = ControlPoint(new_id("control"), label, model.id, model.content_hash)
         is_picked = np.isfinite(pairs.model[row]).all()
         sigma = pairs.sigma[row]
         point = replace(
-            existing_point,
+            control_point,
             position=_to_point(pairs.world[row]),
             sigma_m=_to_point(sigma) if np.isfinite(sigma).all() else None,
             check=bool(pairs.check[row]),
-            vertices=(_to_point(pairs.model[row]),) if is_picked else existing_point.vertices,
+            vertices=(_to_point(pairs.model[row]),) if is_picked else control_point.vertices,
         )
         records_after[point.id] = point
     return change(

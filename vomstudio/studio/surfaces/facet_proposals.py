@@ -76,7 +76,7 @@ class Proposals:
     thresholds : Thresholds
         Thresholds at the time of the assessment.
     patches : tuple of Patch
-        Patches without names or types, the largest first.
+        Patches without names and with a provisional type, the largest first.
     measured : tuple of Measurement
         Measurements of the patches.
     label, covers : (points,) int32
@@ -160,7 +160,10 @@ class FacetProposals(ProposalQueue[Proposals]):
 
     # --- search -------------------------------------------------------------------------------
     def find(self, model_id: str, options: FacetOptions, viewpoint: Viewpoint | None) -> None:
-        """Search for facets, cancelling a running search; `viewpoint` restricts it to a view."""
+        """Search for facets, cancelling any search in progress.
+
+        `viewpoint` restricts the search to a view; if None, the whole model is searched.
+        """
         self._cancel()
         model = self._model(model_id)
         if model is None:
@@ -194,10 +197,10 @@ class FacetProposals(ProposalQueue[Proposals]):
 
     # --- colours on the outcrop ---------------------------------------------------------------
     def paint(self, mode: str, palette: str | None = None) -> None:
-        """Colour the facets on the outcrop by a key of PAINTED; all other points are grey.
+        """Colour the facets on the outcrop by a key of `PAINTED_FIELDS`; other points are grey.
 
-        Decided facets are grey as well. The original colours are restored once all facets have
-        been decided.
+        Except in the mode "exposure", decided facets are grey as well, and the original colours are
+        restored once all facets have been decided.
         """
         proposals = self.proposals
         open_model = None if proposals is None else self._models.open_models.get(proposals.model_id)

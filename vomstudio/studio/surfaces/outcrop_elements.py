@@ -9,7 +9,7 @@ from functools import partial
 from vomstudio.core.arrays import BoolArray
 from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.signals import Signal
-from vomstudio.extraction.selection.neighbours import Neighbours, build_neighbours
+from vomstudio.extraction.selection.neighbours import NeighbourGraph, build_neighbour_graph
 from vomstudio.extraction.selection.visible_region import ViewSnapshot, element_count
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -48,7 +48,7 @@ class ModelElements:
         self._projects, self._models, self._visibility = projects, models, visibility
         self._background, self._model_cutting = background, cutting
         self._hidden: dict[str, BoolArray] = {}
-        self._neighbours: tuple[OpenModel, Neighbours | Finding] | None = None
+        self._neighbours: tuple[OpenModel, NeighbourGraph | Finding] | None = None
         self._pending_request: tuple[OpenModel, list[Callable[[], None]]] | None = None
 
     def view_snapshot(self) -> ViewSnapshot | None:
@@ -72,7 +72,7 @@ class ModelElements:
     # --- neighbours ---------------------------------------------------------------------------
     def neighbours(
         self, model_id: str, finished_callback: Callable[[], None]
-    ) -> Neighbours | Finding | None:
+    ) -> NeighbourGraph | Finding | None:
         open_model = self._models.open_models.get(model_id)
         if open_model is None:
             return Finding("model.not-open", model=model_id)
@@ -84,14 +84,14 @@ class ModelElements:
         else:
             self._pending_request = (open_model, [finished_callback])
             self._background.run(
-                lambda: build_neighbours(open_model.data, open_model.resolution or 0.0),
+                lambda: build_neighbour_graph(open_model.data, open_model.resolution or 0.0),
                 partial(self._store, open_model),
                 lambda error: self._store(open_model, to_finding(error)),
                 key=_NEIGHBOURS,
             )
         return None
 
-    def _store(self, opened_model: OpenModel, result: Neighbours | Finding) -> None:
+    def _store(self, opened_model: OpenModel, result: NeighbourGraph | Finding) -> None:
         pending_request, self._pending_request = self._pending_request, None
         if any(item is opened_model for item in self._models.open_models.values()):
             self._neighbours = (opened_model, result)

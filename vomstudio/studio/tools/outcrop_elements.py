@@ -9,7 +9,7 @@ from vomstudio.core.arrays import BoolArray
 
 if TYPE_CHECKING:
     from vomstudio.core.findings import Finding
-    from vomstudio.extraction.selection.neighbours import Neighbours
+    from vomstudio.extraction.selection.neighbours import NeighbourGraph
     from vomstudio.extraction.selection.visible_region import ViewSnapshot
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
@@ -32,7 +32,7 @@ class OutcropElements(Protocol):
 
     def neighbours(
         self, model_id: str, finished_callback: Callable[[], None]
-    ) -> Neighbours | Finding | None:
+    ) -> NeighbourGraph | Finding | None:
         """Return the neighbour graph, or why it cannot be built.
 
         Returns None while the graph is built in the background; `finished_callback` is called

@@ -68,9 +68,10 @@ def closed_model_finding(studio: Studio) -> Finding | None:
 
 
 def current_model(studio: Studio) -> Model | None:
-    """Return the model that was selected last, directly or by one of its features.
+    """Return the model that was selected last, directly or through one of its features.
 
-    Without a selection, it is the only model with an undeclared frame, otherwise the last model.
+    If nothing suitable is selected, return the only model with an undeclared frame, or else the
+    last model.
     """
     records, models = studio.records, studio.session.of(Model)
     for id_ in reversed(studio.selection.ids):

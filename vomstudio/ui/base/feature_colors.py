@@ -31,7 +31,9 @@ _LIGHTNESS, _SATURATION = 0.52, 0.8
 
 
 def set_colors(records: RecordMap) -> dict[tuple[str, str], str]:
-    """Return the colour of each set by feature type and name, in the order of the types.
+    """Return the colour of each set, keyed by type ID and set name.
+
+    The order is that of the feature types.
 
     Parameters
     ----------
@@ -60,7 +62,7 @@ def _octant_color(octant: int) -> str:
 
 
 def _find_octant(measurement: Measurement) -> int | None:
-    """Return the octant nearest to a dip direction or trend, or None if it has neither."""
+    """Return the octant (0 to 7) nearest to the dip direction or trend, or None if undefined."""
     if measurement.plane is not None:
         return round(measurement.plane.dip_direction_deg / 45.0) % 8
     return None if measurement.line is None else round(measurement.line.trend_deg / 45.0) % 8
@@ -115,9 +117,10 @@ def feature_color(studio: Studio, feature: Feature, measurement: Measurement) ->
 
 
 def legend(studio: Studio) -> tuple[str, list[ColorEntry]]:
-    """Return the title and rows of the legend, which is empty if colours show the type.
+    """Return the title and rows of the legend.
 
-    The types and their colours are listed in the tree and beside the net.
+    The legend is empty if features are coloured by type, because the types and their colours
+    are listed in the tree and beside the net.
 
     Parameters
     ----------

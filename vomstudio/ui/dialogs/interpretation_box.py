@@ -14,7 +14,10 @@ from vomstudio.ui.base.studio import Studio
 
 
 class InterpretationBox(QWidget):
-    """Selection of the parts of the interpretation. `changed` is emitted on each change."""
+    """Checkboxes that select the parts of the interpretation.
+
+    `changed` is emitted when a checkbox is toggled.
+    """
 
     changed = Signal()
 

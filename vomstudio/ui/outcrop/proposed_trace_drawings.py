@@ -44,7 +44,7 @@ class LineDrawings:
     def _draw_area(
         self, id_: str, area: Area | None, color: str, model_id: str
     ) -> Iterator[FeatureDrawing]:
-        """Yield the drawing of an area, if there is one."""
+        """Yield the drawing of an area, or nothing if `area` is None."""
         if area is not None:
             is_visible = self._studio.visible(model_id)
             points = np.zeros((0, 3))

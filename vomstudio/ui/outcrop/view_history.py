@@ -1,6 +1,6 @@
 """History of views, each with the camera, clipping box and hidden elements.
 
-It is separate from the undo of edits.
+It is separate from the undo history of edits.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class ViewHistory(QObject):
         self._record_timer.timeout.connect(self._record_view)
 
     def watch(self, viewport: Viewport) -> None:
-        """Record the views of a viewport."""
+        """Start recording the views of a viewport."""
         self._viewport = viewport
         viewport.camera_changed.connect(self._record_timer.start)
         self._studio.display.changed.connect(self._follow_display)
@@ -83,7 +83,7 @@ class ViewHistory(QObject):
         self._record_timer.stop()
 
     def _clear(self) -> None:
-        """Clear the history, which belongs to another project."""
+        """Clear the history after another project has been opened."""
         self._current_view = None
         self._previous_views.clear()
         self._next_views.clear()

@@ -14,7 +14,7 @@ _OUTCROP, _PHOTO, _PAGE = 0, 1, 2
 
 
 class CentralArea(QWidget):
-    """Shows the outcrop, a photo or a page. Tabs appear if a photo or page is available.
+    """Area that shows the outcrop, a photo or a page, with tabs if a photo or page is open.
 
     Attributes
     ----------
@@ -132,7 +132,7 @@ class CentralArea(QWidget):
         self.tabs.setTabToolTip(_PHOTO, description)
 
     def show_photo(self, is_visible: bool) -> None:
-        """Show the photo, or the outcrop."""
+        """Show the photo if `is_visible` is True and a photo is open, otherwise the outcrop."""
         is_visible = is_visible and self._photo is not None
         if is_visible != self._shows_photo:
             self._shows_photo = is_visible
@@ -148,7 +148,10 @@ class CentralArea(QWidget):
         self._show_page_or_tabs()
 
     def release_page(self) -> QWidget | None:
-        """Return the widget of the page, and show the previous widget again."""
+        """Remove the page and return its widget, or None if no page is shown.
+
+        The outcrop or photo is shown again.
+        """
         page, self._page = self._page, None
         if page is not None:
             self._column.removeWidget(page)

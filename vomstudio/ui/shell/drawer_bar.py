@@ -61,7 +61,7 @@ class DrawerBar(QToolBar):
 
     def refresh(self, *_: object) -> None:
         """Update the buttons: show workspace pages and open pages, and check the open ones."""
-        offered_pages = self._workspaces.current_layout.drawer
+        offered_pages = self._workspaces.current_workspace.drawer
         for name, button in self.buttons.items():
             is_shown = self._docks.is_shown(name)
             self._button_actions[name].setVisible(name in offered_pages or is_shown)

@@ -79,7 +79,7 @@ class ToolRail(QToolBar):
     def visible_tools(self) -> list[str]:
         """Return the names of the tools for the present task, in order."""
         task = (
-            *self._workspaces.current_layout.tools,
+            *self._workspaces.current_workspace.tools,
             *PAGE_TOOLS.get(self._docks.page("drawer"), ()),
             *PAGE_TOOLS.get(self._docks.center_page, ()),
             self._studio.tool_name,

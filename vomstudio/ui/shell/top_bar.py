@@ -36,7 +36,7 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
             workspace.icon,
             f"Ctrl+{number}",
             tr(workspace.purpose),
-            is_checked=lambda: workspaces.current_layout is workspace,
+            is_checked=lambda: workspaces.current_workspace is workspace,
         )
 
     def toggle_page() -> None:

@@ -64,7 +64,7 @@ class WorkspaceSwitching(QObject):
         """Show the outcrop after the user has opened a model or a project."""
         had_photos = self._area.shows_photo or self._docks.center_page == _PHOTOS
         self._docks.restore_from_center()
-        if had_photos and self._workspaces.current_layout.center:
+        if had_photos and self._workspaces.current_workspace.center:
             self._workspaces.switch(_INTERPRET)
 
     def model_created(self) -> None:
@@ -72,7 +72,7 @@ class WorkspaceSwitching(QObject):
         if self._area.shows_photo:
             return
         self._docks.restore_from_center()
-        if self._workspaces.current_layout.name == _MODEL:
+        if self._workspaces.current_workspace.name == _MODEL:
             self._workspaces.switch(_INTERPRET)
 
     # --- inspector ---------------------------------------------------------------------------
@@ -123,7 +123,7 @@ class WorkspaceSwitching(QObject):
         self.refresh()
 
     def _workspace_changed(self, _: str) -> None:
-        page = self._workspaces.current_layout.center
+        page = self._workspaces.current_workspace.center
         if page and not self._has_model and self._survey.folder is not None:
             self._docks.move_to_center(page)
         self.refresh()
@@ -131,7 +131,7 @@ class WorkspaceSwitching(QObject):
     def refresh(self, *_: object) -> None:
         """Show the purpose of an empty workspace."""
         shown_workspace, has_photos = (
-            self._workspaces.current_layout,
+            self._workspaces.current_workspace,
             self._survey.folder is not None,
         )
         is_empty = not (

@@ -55,7 +55,7 @@ class Workspaces(QObject):
     def __init__(
         self, window: QMainWindow, docks: WindowDocks, stored_state: Mapping[str, str]
     ) -> None:
-        """Use an arrangement that `export_state` returned in an earlier session."""
+        """Create workspaces from the state that `export_state` returned in an earlier session."""
         super().__init__(window)
         self._window, self._docks = window, docks
         self._state = screens.from_text(stored_state.get(_DOCKS_KEY, ""))
@@ -68,7 +68,7 @@ class Workspaces(QObject):
         self._timer.timeout.connect(self._settle)
 
     @property
-    def current_layout(self) -> WorkspaceLayout:
+    def current_workspace(self) -> WorkspaceLayout:
         """Current workspace."""
         return self._shown_workspace
 

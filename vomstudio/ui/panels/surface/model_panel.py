@@ -40,13 +40,13 @@ _MAX_HIGHLIGHTED = 200
 
 
 class ModelPanel(LazyPanel):
-    """Panel with the progress of a job on the current model and a start and stop button.
+    """Panel that starts and stops a job on the current model and shows its progress.
 
     Parameters
     ----------
     studio : Studio
     model_work : ModelWork
-        The work that the panel controls.
+        Work that the panel controls.
     prefix : str
         Prefix of the object names.
     topic : str
@@ -285,7 +285,7 @@ class ProposalsPanel(ModelPanel):
         raise NotImplementedError
 
     def _highlight_area(self, indices: Sequence[int]) -> Area | None:
-        """Return the area that is highlighted for proposals, or None if there is no area."""
+        """Return the area of the outcrop to highlight for the given proposals, or None."""
         raise NotImplementedError
 
     def _handle_click(self, hit: Hit) -> None:

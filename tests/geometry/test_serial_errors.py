@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from vomstudio.geology.serial_errors import correlate, fit_serial_correlation, whiten
+from vomstudio.geometry.serial_errors import correlate, fit_serial_correlation, whiten
 
 Array = npt.NDArray[np.float64]
 

@@ -19,7 +19,7 @@ MAX_RHO = 0.98
 # Relative to the error of a coordinate; smaller residuals are rounding errors.
 MAX_ROUNDING = 1e-6
 # Maximum ratio of the errors to the residuals of a fit.
-MAX_INFLATION = 25.0
+MAX_VARIANCE_RATIO = 25.0
 # Twice the log-likelihood gain at a significance level of 1 % (chi-square, one-sided).
 MIN_DEVIANCE_GAIN = 5.41
 
@@ -143,7 +143,7 @@ def variance_inflation(
     correlated_dof = (
         count - 2.0 * np.trace(correlated_projection) + np.trace(correlated_projection @ projection)
     )
-    return float(np.clip(expected_dof / max(correlated_dof, 1e-300), 1.0, MAX_INFLATION))
+    return float(np.clip(expected_dof / max(correlated_dof, 1e-300), 1.0, MAX_VARIANCE_RATIO))
 
 
 def _restricted_log_likelihood(derivatives: FloatArray, residuals: FloatArray, rho: float) -> float:
