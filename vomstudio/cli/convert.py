@@ -51,7 +51,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     add_frame(parser)
     parser.add_argument(
-        "--world", action="store_true", help=tr("write World coordinates of cameras")
+        "--world", action="store_true", help=tr("write cameras in World coordinates")
     )
     parser.add_argument("--force", action="store_true", help=tr("replace an existing OUT"))
 

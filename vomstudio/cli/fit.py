@@ -162,8 +162,8 @@ def _fit_parallel_beds(
 
 def _parallel_text(parallel_fit: ParallelBeds) -> str:
     summary = tr(
-        "Joint fit of parallel planes: {plane} (dip direction/dip, 95 %; at least {smallest}"
-        " deg), RMS {rms} m, p if parallel {p}",
+        "Joint fit of parallel planes: {plane} (dip direction/dip ± maximum 95 % error; minimum"
+        " {smallest} deg), RMS {rms} m, p if parallel {p}",
         plane=text_tables.plane_with_error(vars(parallel_fit), "max_confidence95_deg"),
         smallest=text_tables.figures(parallel_fit.min_confidence95_deg),
         rms=text_tables.figures(parallel_fit.rms_m),

@@ -156,7 +156,7 @@ def _result_text(fold: TableFold) -> str:
         *(
             []
             if result["not_good"] is None
-            else [("  " + tr("not good"), tr("{count}", count=result["not_good"]))]
+            else [("  " + tr("not rated good"), tr("{count}", count=result["not_good"]))]
         ),
         *(
             ("  " + tr("left out"), f"{item.n} {item.what}: {item.reason}")

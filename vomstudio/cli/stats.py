@@ -115,7 +115,7 @@ def _weight_rows(weights: dict[str, Any] | None) -> list[tuple[str, str]]:
         n=weights["effective_n"],
     )
     if count := weights["without_error"]:
-        text = tr("{text}; the median for {count} without an error", text=text, count=count)
+        text = tr("{text}; median error assumed for {count} without one", text=text, count=count)
     return [(tr("weights"), text)]
 
 

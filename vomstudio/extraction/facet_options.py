@@ -32,7 +32,7 @@ class FacetOptions(Options):
         label=to_translate("Angle"),
         help=to_translate("maximum angle between a point's normal and its facet"),
         tip=to_translate("Maximum angle between a point's normal and its facet"),
-        automatic_text=to_translate("20; with --preset dse 30"),
+        automatic_text=to_translate("20, or 30 with --preset dse"),
         decimals=0,
     )
     max_distance_m: float | None = option(
@@ -51,7 +51,7 @@ class FacetOptions(Options):
         label=to_translate("Points"),
         help=to_translate("minimum number of points of a facet"),
         tip=to_translate("Minimum number of points of a facet"),
-        automatic_text=to_translate("50, or on a mesh 1 % of its area; with --preset dse 100"),
+        automatic_text=to_translate("50; on a mesh, 1 % of its area; 100 with --preset dse"),
     )
     min_area_m2: float | None = option(
         None,
@@ -65,7 +65,7 @@ class FacetOptions(Options):
         None,
         minimum=0.0,
         label=to_translate("Coplanarity"),
-        help=to_translate("minimum coplanarity, that is, 1 / smallest normalised eigenvalue"),
+        help=to_translate("minimum coplanarity (1 / smallest normalised eigenvalue)"),
         tip=to_translate("Minimum coplanarity (1 / smallest normalised eigenvalue)"),
         automatic_text=to_translate("from the verdict profile"),
         decimals=0,

@@ -49,7 +49,7 @@ class MeasurableOptions(Options):
         minimum=MIN_POINTS,
         maximum=MAX_POINTS,
         help=to_translate("number of vertices of a trace"),
-        automatic_text=to_translate("one per resolution along its length"),
+        automatic_text=to_translate("trace length divided by the resolution"),
     )
     resolution_m: float | None = option(
         None,
@@ -62,7 +62,7 @@ class MeasurableOptions(Options):
         DEFAULT_ANGLE_DEG,
         minimum=0.1,
         maximum=45.0,
-        help=to_translate("maximum angle between the plane and a face for a patch"),
+        help=to_translate("maximum angle between the plane and the faces of a patch"),
     )
     registration_error_deg: float | None = option(
         None,

@@ -37,9 +37,9 @@ def _cost_option(*suggestions: str) -> Any:
         metavar="COST",
         label=to_translate("Follow"),
         help=to_translate(
-            "colour (similar to the way-points), dark, light, gradient (brightness edges),"
-            " curvature (surface edges), low values of a field, auto (the cost with the best"
-            " plane), or onnx (network edges)"
+            "property to follow: colour (of way-points), dark, light, gradient (brightness"
+            " edges), curvature (surface edges), onnx (network edges), field name (low values),"
+            " or auto (best plane)"
         ),
         tip=to_translate("Property that distinguishes the line from its surroundings"),
         automatic_text=to_translate("colour; gradient with --propose"),

@@ -81,7 +81,9 @@ class Observations(Options):
     orientations: str | None = option(
         None,
         metavar="FILE",
-        help=to_translate("orientation table with model_x, model_y, model_z (normals, lines)"),
+        help=to_translate(
+            "orientation table with model_x, model_y, model_z (plane normals or line directions)"
+        ),
     )
     azimuth: Literal["strike", "dipdir"] | None = option(
         None,
@@ -153,7 +155,9 @@ class Observations(Options):
         None,
         minimum=0.0,
         maximum=180.0,
-        help=to_translate("common offset of all compass readings, standard deviation, degrees"),
+        help=to_translate(
+            "standard deviation of the common offset of all compass readings, degrees"
+        ),
         automatic_text=to_translate(
             "10 for photos, 2 for other azimuths from magnetic north, otherwise 0"
         ),

@@ -226,9 +226,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "label.invalid": (
         "error",
-        to_translate(
-            "A label must have one or more printable characters, without spaces around them."
-        ),
+        to_translate("Enter a label of printable characters, without leading or trailing spaces."),
     ),
     "label.in-use": (
         "error",

@@ -34,7 +34,7 @@ TEXTS: dict[str, Entry] = {
     "file.memory-exceeded": (
         "error",
         to_translate(
-            "Reading was stopped, because it needs more memory than expected for a file of this"
+            "Reading was stopped because it needed more memory than expected for a file of this"
             " size. Export the file again."
         ),
     ),

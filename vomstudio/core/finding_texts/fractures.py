@@ -20,7 +20,8 @@ TEXTS: dict[str, Entry] = {
     "fractures.not-numbers": (
         "error",
         to_translate(
-            "“{text}” is not a list of numbers. Separate them with commas, such as 0, 0, 5, 2.5."
+            "“{text}” is not a list of numbers. Enter numbers separated by commas, such as 0, 0,"
+            " 5, 2.5."
         ),
     ),
     "fractures.not-a-circle": (

@@ -41,7 +41,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "frame.crs-unit-kept": (
         "info",
-        to_translate("Coordinates remain in the unit of the CRS, {metres:.9g} m."),
+        to_translate("The coordinates remain in the unit of the CRS (1 unit = {metres:.9g} m)."),
     ),
     "frame.no-unit": (
         "warning",

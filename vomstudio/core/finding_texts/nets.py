@@ -81,7 +81,8 @@ TEXTS: dict[str, Entry] = {
     "rose.no-lines": (
         "error",
         to_translate(
-            "The table has no lines, which this angle needs. For planes, use --of strike."
+            "This angle is defined for lines only, but the table has none. For planes, use --of"
+            " strike."
         ),
     ),
     "rose.no-planes": (

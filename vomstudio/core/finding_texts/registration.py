@@ -137,8 +137,8 @@ TEXTS: dict[str, Entry] = {
     "gps.too-few-to-adjust": (
         "info",
         to_translate(
-            "{positions} GPS positions were not used in the bundle adjustment: without redundancy"
-            " blunders cannot be detected ({least} are required)."
+            "{positions} GPS positions were not used in the bundle adjustment: blunders cannot be"
+            " detected without redundancy. At least {least} are required."
         ),
     ),
     "crs.outside-area": (

@@ -58,8 +58,8 @@ TEXTS: dict[str, Entry] = {
     "fold.planes-not-good": (
         "warning",
         to_translate(
-            "{not_good} of {used} planes of the fold axis are not good, but have the same weight."
-            " Improve them or leave them out."
+            "{not_good} of {used} planes of the fold axis are not rated good, but have the same"
+            " weight. Improve them or leave them out."
         ),
     ),
     "log.beds-not-parallel": (

@@ -50,8 +50,8 @@ TEXTS: dict[str, Entry] = {
     "several-cameras": (
         "info",
         to_translate(
-            "The photos have {value} cameras or settings, each of which is calibrated separately:"
-            " {cameras}."
+            "The photos were taken with {value} cameras or settings, each of which is calibrated"
+            " separately: {cameras}."
         ),
     ),
     "survey.turned-photos": (
@@ -71,8 +71,8 @@ TEXTS: dict[str, Entry] = {
     "soft": (
         "warning",
         to_translate(
-            "All photos are unsharp: edges are blurred by {value:.1f} pixels (median sigma), so the"
-            " true resolution is only {factor:.0f} pixels."
+            "All photos lack sharpness: edges are blurred by {value:.1f} pixels (median sigma),"
+            " so the true resolution is only {factor:.0f} pixels."
         ),
     ),
     "digital-zoom": (

@@ -196,12 +196,12 @@ TEXTS: dict[str, Entry] = {
     "surroundings.earlier-rule": (
         "info",
         to_translate(
-            "The resolution and outcrop face of {count} feature were measured by an earlier"
-            " method. Interpret > Update earlier features measures them again."
+            "The resolution and outcrop face of {count} feature were measured with an earlier"
+            " method. Use Interpret > Update earlier features to measure them again."
         ),
         to_translate(
-            "The resolution and outcrop face of {count} features were measured by an earlier"
-            " method. Interpret > Update earlier features measures them again."
+            "The resolution and outcrop face of {count} features were measured with an earlier"
+            " method. Use Interpret > Update earlier features to measure them again."
         ),
     ),
     "surroundings.updated": (

@@ -88,7 +88,7 @@ class LogLine(Options):
         label=to_translate("Traces within"),
         help=to_translate("maximum distance of a trace from the line, m"),
         tip=to_translate("Maximum distance of a trace from the line"),
-        automatic_text=to_translate("a twentieth of the line"),
+        automatic_text=to_translate("a twentieth of the length of the line"),
     )
     type: str | None = option(
         None,

@@ -250,7 +250,7 @@ class CopcFile:
                     Finding("file.unreadable", reason=error.strerror), file=self.path
                 ) from error
             if len(chunk) != size or not is_valid_chunk(chunk, int(points), self.top):
-                raise self._damage_error(tr("a node does not agree with the hierarchy"))
+                raise self._damage_error(tr("a node does not match the hierarchy"))
             chunks.append(chunk)
         records = decompress(chunks, nodes.points.tolist(), self.top, FETCH_BATCH_POINTS)
         if records is None:

@@ -326,7 +326,7 @@ def _open_folder(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         )
         order = ProgressiveOrder(*(arrays[f"order_{k}"] for k in _ORDER_FIELDS))
         if not order.is_valid(n):
-            raise _damage_error(folder, tr("the order does not agree with the points"))
+            raise _damage_error(folder, tr("the order does not match the points"))
         data = PointCloud(points, colors, normals, fields, order)
     else:
         raise _damage_error(folder, tr("it is neither mesh nor cloud"))
@@ -364,7 +364,7 @@ def _read_array(folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype
             raise _damage_error(folder, size_reason)
         if file.read(len(header)) != header:
             raise _damage_error(
-                folder, tr("{file} does not agree with {index}", file=path.name, index=META_FILE)
+                folder, tr("{file} does not match {index}", file=path.name, index=META_FILE)
             )
         array = np.empty(shape, kind)
         view, position = array.reshape(-1).view(np.uint8).data, 0
@@ -439,7 +439,7 @@ def _mesh(
         or (materials and offsets[-1] != len(faces))
         or np.any(np.diff(offsets) < 0)
     ):
-        raise _damage_error(folder, tr("the materials do not agree with the faces"))
+        raise _damage_error(folder, tr("the materials do not match the faces"))
     uv = _checked_array(folder, arrays, "uv", np.float32, 2) if "uv" in arrays else None
     colors = _checked_array(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
     return Mesh(vertices, faces, tuple(materials), offsets, uv, colors, fields)

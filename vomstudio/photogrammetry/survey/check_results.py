@@ -221,7 +221,7 @@ _SHORT_NAMES = {
     "same-position": to_translate("several photos from one position"),
     "collinear": to_translate("camera positions in one line"),
     "blurred": to_translate("blurred photos"),
-    "soft": to_translate("unsharp photos"),
+    "soft": to_translate("low sharpness in all photos"),
     "digital-zoom": to_translate("digital zoom"),
     "enlarged": to_translate("enlarged photos"),
     "exposure": to_translate("black or overexposed photos"),

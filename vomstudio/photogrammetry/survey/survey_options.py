@@ -150,7 +150,7 @@ class CheckOptions(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("distance from the camera to the rock, m"),
-        automatic_text=to_translate("flying height, if the photos look down"),
+        automatic_text=to_translate("flying height, if the camera points down"),
     )
 
 

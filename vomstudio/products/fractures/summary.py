@@ -98,7 +98,7 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
         (
             tr("mean length"),
             tr(
-                "{mean} m (95 %: {low} to {high}), of the pieces {naive} m",
+                "{mean} m (95 %: {low} to {high}); mean of the pieces {naive} m",
                 mean=figures(length["mean_m"]),
                 low=figures(low),
                 high=figures(high),
@@ -162,8 +162,8 @@ def _law_text(length: dict[str, Any]) -> str:
 
 def _plane_text(plane: TracePlane) -> str:
     text = tr(
-        "{plane}, scatter {scatter} m (maximum {largest} m), lengths {percent} % shorter than in "
-        "space",
+        "{plane}, scatter {scatter} m (maximum {largest} m), lengths {percent} % shorter than in"
+        " three dimensions",
         plane=plane.name,
         scatter=figures(plane.scatter_m, 2),
         largest=figures(plane.max_distance_m, 2),
@@ -197,7 +197,7 @@ def _set_text(values: dict[str, Any], plane: TracePlane | None) -> str:
         )
     if values["spacing"] is not None:
         text += tr(
-            ", spacing {mean}, across the traces {true}",
+            ", spacing {mean} along the line, {true} across the traces",
             mean=_format_interval(values["spacing"]["mean_m"], values["spacing"]["mean_95_m"], "m"),
             true=_format_interval(
                 values["spacing"]["true_mean_m"], values["spacing"]["true_mean_95_m"], "m"

@@ -103,7 +103,7 @@ def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
         text = f"β {errors}" if net.compact else tr("β, joint 95 %: {errors}", errors=errors)
     text = tr("{beta}, n = {n:,}", beta=text, n=fold.n)
     if net.fold_not_good_count:
-        text = tr("{beta}, {count:,} not good", beta=text, count=net.fold_not_good_count)
+        text = tr("{beta}, {count:,} not rated good", beta=text, count=net.fold_not_good_count)
     plane = format_plane(fold.pi_plane, net.notation, net.decimals)
     return text, f"π {plane}" if net.compact else tr("π-plane {orientation}", orientation=plane)
 

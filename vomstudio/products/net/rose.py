@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TITLES = {
-    "strike": to_translate("Strikes, both ends"),
+    "strike": to_translate("Strikes (bidirectional)"),
     "dip-direction": to_translate("Dip directions"),
     "trend": to_translate("Trends"),
     "dip": to_translate("Dips"),

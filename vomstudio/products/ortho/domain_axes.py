@@ -57,7 +57,7 @@ def compute_domain_axes(items: Iterable[Item], field: str) -> dict[str, Projecti
     for name, (used_planes, not_good_count) in planes_by_domain.items():
         if not_good_count:
             text = tr(
-                "{axis}; {not_good} of {n} planes not good",
+                "{axis}; {not_good} of {n} planes not rated good",
                 axis=axes[name].description,
                 not_good=not_good_count,
                 n=len(used_planes),

@@ -157,7 +157,7 @@ def known_text(line: KnownLine) -> str:
     if line.value is None:
         return tr("still unknown")
     if line.is_read:
-        return tr("read as {orientation}", orientation=_arrow_text(line))
+        return tr("compass reading {orientation}", orientation=_arrow_text(line))
     if line.kind == "azimuth":
         return tr("azimuth {degrees:.1f}°", degrees=line.value)
     return tr("{metres:.3f} m long", metres=line.value)

@@ -115,8 +115,8 @@ class ReconstructOptions(Options):
     keep_background: bool = option(
         False,
         label=to_translate("Keep background"),
-        help=to_translate("also reconstruct what is far behind the rock"),
-        tip=to_translate("Also reconstruct what is far behind the rock"),
+        help=to_translate("also reconstruct the background far behind the rock"),
+        tip=to_translate("Also reconstruct the background far behind the rock"),
     )
 
     def __post_init__(self) -> None:

@@ -73,7 +73,7 @@ class ModelCutting:
         self._jobs.submit(
             CUT_MODEL,
             order,
-            title=tr("Cutting {name} out", name=name),
+            title=tr("Cutting out {name}", name=name),
             on_done=done,
             on_failed=lambda event: self._handle_failure(mask_file, event),
         )

@@ -216,7 +216,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             tr("&Edit"),
             open_feature.continue_feature,
             icon="pencil-outline",
-            tip=tr("Edit the vertices or area of the selected feature (double click)."),
+            tip=tr("Edit the vertices or area of the selected feature (double-click)."),
             disabled_reason=open_feature.continue_problem,
         ),
         Command(
@@ -267,7 +267,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             tr("Measure &thickness"),
             measure_thickness,
             icon="arrow-expand-vertical",
-            tip=tr("Measure the distance across a plane between base and top."),
+            tip=tr("Measure the distance between base and top, perpendicular to a plane."),
             disabled_reason=lambda: missing_model_finding(studio),
         ),
         Command("show_stereonet", tr("Show &stereonet"), lambda: docks.bring_forward("stereonet")),

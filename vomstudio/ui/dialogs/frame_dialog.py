@@ -193,12 +193,14 @@ def _describe_origin(model: Model) -> str:
     """Describe the origin of the model's frame and the effect of declaring a new frame."""
     if model.registration is not None:
         return tr(
-            "{model} has a registration ({registration}), which a declared frame replaces.",
+            "{model} is registered ({registration}). Declaring a frame replaces this registration.",
             model=model.name,
             registration=model.registration.name,
         )
     if model.frame.kind != "undeclared":
-        return tr("The frame determines dip directions and lengths. Undo restores it.")
+        return tr(
+            "The frame determines dip directions and lengths. Undo restores the current frame."
+        )
     return tr(
         "The file does not specify its frame. Dip directions and lengths depend on your choice."
     )

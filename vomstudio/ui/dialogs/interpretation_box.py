@@ -28,7 +28,7 @@ class InterpretationBox(QWidget):
             "patches": (tr("Patches"), tr("Draw outlines of patches and rock areas.")),
             "symbols": (
                 tr("Symbols"),
-                tr("Draw planes with apparent dips, lines, stations and samples."),
+                tr("Draw lines, stations, samples, and planes with their apparent dips."),
             ),
             LEGEND: (tr("Legend"), tr("Add a legend to the sheet.")),
         }

@@ -436,7 +436,9 @@ def _read_polyline(block: _Block, entity: int, drawing: _Drawing) -> None:
         rows[:, 3] = np.where(rows[:, 3] > 0, rows[:, 3], rows[:, 2])
         is_valid = ((rows > 0) & (rows <= len(positions))).all(axis=1)
         if not is_valid.all():
-            drawing.skipped_entities[tr("faces without vertices")] += int((~is_valid).sum())
+            drawing.skipped_entities[tr("faces with invalid vertex numbers")] += int(
+                (~is_valid).sum()
+            )
         corners = positions[rows[is_valid] - 1]
     else:
         positions = vertex_values[(kinds & _CONTROL_POINT_FLAG) == 0, :3]

@@ -484,9 +484,9 @@ class StereonetPanel(QWidget):
             self._roses = DrawnRoses.draw(net_contents, request)
             self.canvas.show_net(self._roses)
         elif net_contents.of in LINE_ANGLES:
-            self.canvas.show_message(tr("No visible lines with this angle."))
+            self.canvas.show_message(tr("No visible lines to plot."))
         else:
-            self.canvas.show_message(tr("No visible planes with this angle."))
+            self.canvas.show_message(tr("No visible planes to plot."))
         self._describe_selection()
 
     def _update_live_net(self) -> None:

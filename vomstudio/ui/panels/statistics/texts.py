@@ -76,7 +76,7 @@ def domain_rows(domains: Mapping[str, DomainFigures], one_axis_test: OneAxisTest
 def _used_planes_text(planes: FoldPlanes) -> str:
     texts = [f"{len(planes):,}"]
     if planes.not_good:
-        texts.append(tr("{count:,} not good", count=planes.not_good))
+        texts.append(tr("{count:,} not rated good", count=planes.not_good))
     texts += [tr("left out: {n:,} {what}: {reason}", **vars(group)) for group in planes.left_out]
     return "; ".join(texts)
 

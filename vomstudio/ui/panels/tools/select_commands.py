@@ -288,7 +288,7 @@ def commands(studio: Studio) -> list[Command]:
             factory.select.changes.show_all,
             icon="eye",
             key="U",
-            tooltip=tr("Show every face and point. Undo hides them."),
+            tooltip=tr("Show all hidden faces and points. Undo hides them again."),
             disabled_reason=factory.hidden_elements_problem,
         ),
         create_command(
