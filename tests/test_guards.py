@@ -141,7 +141,7 @@ def inner(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.
     return pytester
 
 
-def test_what_a_test_leaves_behind_fails_it(inner):
+def test_leaked_resources_fail_the_test(inner):
     inner.makepyfile(LEAKS)
     result = inner.runpytest_subprocess("-q")
     result.assert_outcomes(passed=5, errors=5, failed=1)
@@ -149,7 +149,7 @@ def test_what_a_test_leaves_behind_fails_it(inner):
 
 
 @pytest.mark.full
-def test_what_tests_of_a_shared_window_leave_behind_fails_the_last_of_them(inner):
+def test_leaks_in_a_shared_window_fail_its_last_test(inner):
     """Threads are found after each test, windows, timers and VTK objects at the end."""
     inner.makepyfile(test_leaks=PLAIN_SHARED_WINDOW + SHARED_LEAKS)
     result = inner.runpytest_subprocess("-q")
@@ -158,7 +158,7 @@ def test_what_tests_of_a_shared_window_leave_behind_fails_the_last_of_them(inner
 
 
 @pytest.mark.full
-def test_the_first_test_without_the_shared_window_is_not_blamed_for_it(inner):
+def test_shared_window_leaks_do_not_fail_the_next_module(inner):
     inner.makepyfile(
         test_a=PLAIN_SHARED_WINDOW + SHARED_LEAKS, test_b="def test_of_another_module(qapp): pass"
     )
@@ -167,7 +167,7 @@ def test_the_first_test_without_the_shared_window_is_not_blamed_for_it(inner):
 
 
 @pytest.mark.full
-def test_what_is_left_behind_in_the_window_of_the_journeys_is_found(inner, monkeypatch):
+def test_leaks_in_the_journeys_window_are_detected(inner, monkeypatch):
     """The same with the real window, as the journeys share it; a dialog that belongs to it is
     closed before the next test."""
     monkeypatch.setenv("QT_QPA_PLATFORM", "xcb")
@@ -195,13 +195,13 @@ def test_what_is_left_behind_in_the_window_of_the_journeys_is_found(inner, monke
 
 
 @pytest.mark.full
-def test_what_a_test_clears_away_does_not_fail_it(inner):
+def test_released_resources_do_not_fail_the_test(inner):
     inner.makepyfile(QUIET)
     result = inner.runpytest_subprocess("-q")
     assert result.ret == 0, result.stdout.str()
 
 
-def test_native_crashes_are_traced_again_after_a_test_of_the_programs_own_tracing(
+def test_faulthandler_is_re_enabled_after_a_test_disables_it(
     request: pytest.FixtureRequest,
 ) -> None:
     import faulthandler

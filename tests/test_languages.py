@@ -52,11 +52,11 @@ def german(folder: Path) -> Path:
 
 
 @pytest.mark.full
-def test_all_strings_can_be_taken_out_of_the_code() -> None:
+def test_all_strings_can_be_extracted_from_the_code() -> None:
     assert len(set(extracted())) > 1000
 
 
-def test_a_whole_language_reaches_the_command_line(
+def test_translated_messages_reach_the_command_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     german(tmp_path)
@@ -75,7 +75,7 @@ def test_a_whole_language_reaches_the_command_line(
     ("name", "wish"),
     [("LANGUAGE", "xx:de:fr"), ("LC_ALL", "de"), ("VOMSTUDIO_LANGUAGE", "de_CH")],
 )
-def test_the_usual_variables_choose(
+def test_language_follows_the_usual_environment_variables(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, wish: str
 ) -> None:
     german(tmp_path)
@@ -89,7 +89,7 @@ def test_the_usual_variables_choose(
 
 
 @pytest.mark.parametrize("wish", ["", "C", "C.UTF-8", "fr_FR.UTF-8"])
-def test_without_a_catalogue_it_is_english(
+def test_missing_catalogue_falls_back_to_english(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wish: str
 ) -> None:
     german(tmp_path)
@@ -99,7 +99,7 @@ def test_without_a_catalogue_it_is_english(
 
 
 @pytest.mark.parametrize("content", [b"", b"rubbish", b"\xde\x12\x04\x95", None])
-def test_a_damaged_catalogue_is_as_good_as_none(
+def test_damaged_catalogue_falls_back_to_english(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: bytes | None
 ) -> None:
     path = german(tmp_path)

@@ -99,11 +99,11 @@ def messages() -> Iterator[tuple[Call, str]]:
                 yield from ((call, text) for text in texts(argument) or [])
 
 
-def test_the_walk_finds_the_strings() -> None:
+def test_code_walk_finds_the_strings() -> None:
     assert len(list(messages())) > 1000
 
 
-def test_messages_are_whole_where_they_are_marked() -> None:
+def test_translatable_messages_are_single_literals() -> None:
     """A message made of parts, or filled before it is translated, is in no catalogue."""
     wrong = []
     for call in calls():
@@ -134,7 +134,7 @@ def test_placeholders_have_names_and_values() -> None:
     assert not wrong
 
 
-def test_findings_have_a_code_of_the_catalogue_and_its_values() -> None:
+def test_findings_use_catalogue_codes_and_supply_their_values() -> None:
     wrong = []
     for call in calls():
         if call.name != "Finding" or not isinstance(call.node.args[0], ast.Constant):
@@ -148,7 +148,7 @@ def test_findings_have_a_code_of_the_catalogue_and_its_values() -> None:
     assert not wrong, "\n".join(wrong)
 
 
-def test_nothing_is_translated_before_there_is_a_catalogue() -> None:
+def test_strings_are_not_translated_at_import_time() -> None:
     wrong = [c.place for c in calls() if c.name in ("tr", "tr_n") and not c.inside]
     assert not wrong
 
@@ -182,7 +182,7 @@ def test_messages_of_errors_are_sentences() -> None:
     assert not wrong, "\n".join(wrong)
 
 
-def test_texts_on_the_screen_are_translated() -> None:
+def test_displayed_texts_are_translated() -> None:
     wrong = []
     for call in calls():
         if (call.name in SHOWN and "/ui/" in call.file) or "/rendering/qt/" in call.file:
@@ -195,7 +195,7 @@ def test_texts_on_the_screen_are_translated() -> None:
 
 
 @pytest.mark.parametrize("word", ["hardly at all", "nothing over to", "miss their place"])
-def test_riddles_do_not_come_back(word: str) -> None:
+def test_rejected_phrases_are_not_used_in_messages(word: str) -> None:
     assert not [call.place for call, text in messages() if word in text]
 
 
@@ -214,11 +214,11 @@ def word_count(text: str) -> int:
 
 
 @pytest.mark.parametrize("code", sorted(TEXTS))
-def test_findings_are_within_the_length_of_a_message(code: str) -> None:
+def test_findings_do_not_exceed_the_message_length(code: str) -> None:
     assert all(word_count(text) <= MAX_MESSAGE_WORDS for text in TEXTS[code][1:])
 
 
-def test_texts_of_panels_and_dialogs_are_within_the_length_of_a_message() -> None:
+def test_panel_and_dialog_texts_do_not_exceed_the_message_length() -> None:
     wrong = [
         f"{call.place}: {text}"
         for call, text in messages()
@@ -229,7 +229,7 @@ def test_texts_of_panels_and_dialogs_are_within_the_length_of_a_message() -> Non
     assert not wrong, "\n".join(wrong)
 
 
-def test_tooltips_are_within_their_length() -> None:
+def test_tooltips_do_not_exceed_their_maximum_length() -> None:
     wrong = []
     for call in calls():
         tips = [each.value for each in call.node.keywords if each.arg == "tip"]
@@ -255,7 +255,7 @@ LONGER_LABELS = {
 """Files with longer labels, with the reason."""
 
 
-def test_labels_are_within_their_length() -> None:
+def test_labels_do_not_exceed_their_maximum_length() -> None:
     wrong = []
     for call in calls():
         if not call.file.startswith("vomstudio/ui/") or call.file in LONGER_LABELS:

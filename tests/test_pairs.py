@@ -9,7 +9,7 @@ from scipy import stats
 from tests.benchmarks.pairs import printed_seconds, ratio
 
 
-def test_every_number_of_seconds_is_found_under_a_name_of_its_own() -> None:
+def test_each_printed_time_is_parsed_under_a_unique_name() -> None:
     text = "reading 1,250.5 s, 20 ms each of 7 files\nreading 2.5 s, 1e-3 ms each of 9 files\n3 MB"
     name = "reading # s, # ms each of # files"
     assert printed_seconds(text) == pytest.approx(
@@ -17,7 +17,7 @@ def test_every_number_of_seconds_is_found_under_a_name_of_its_own() -> None:
     )
 
 
-def test_the_ratio_is_that_of_the_pairs_whatever_the_machine_does_meanwhile() -> None:
+def test_ratio_of_paired_runs_is_independent_of_machine_speed() -> None:
     speed = np.array([1.0, 3.0, 0.5, 2.0])
     assert ratio(list(speed), list(1.1 * speed)) == pytest.approx((1.1, 1.1, 1.1))
     new = speed * np.array([1.0, 1.2, 0.9, 1.1])

@@ -34,7 +34,7 @@ def english() -> Iterator[None]:
     use_catalogue(None)
 
 
-def test_english_is_what_stands_in_the_code() -> None:
+def test_untranslated_text_is_the_string_in_the_code() -> None:
     assert tr("Open") == to_translate("Open") == "Open"
     assert tr(POINTS, name="A", length=2) == "A has 2.00 m."
     assert [tr_n(ONE, MANY, n, name="B") for n in (0, 1, 2)] == [
@@ -44,18 +44,18 @@ def test_english_is_what_stands_in_the_code() -> None:
     ]
 
 
-def test_braces_without_values_are_themselves() -> None:
+def test_braces_without_values_are_unchanged() -> None:
     assert tr("A JSON object begins with {") == "A JSON object begins with {"
 
 
-def test_a_translation_takes_its_place_in_its_own_order() -> None:
+def test_translation_may_reorder_placeholders() -> None:
     use_catalogue(Catalogue({POINTS: "{length:.1f} m misst {name}.", "Open": "Öffnen"}))
     assert tr("Open") == "Öffnen"
     assert tr(POINTS, name="A", length=2.26) == "2.3 m misst A."
     assert tr("Save") == "Save"
 
 
-def test_plurals_are_those_of_the_language() -> None:
+def test_plural_forms_follow_the_language() -> None:
     forms = {"one": "{count} zdjęcie {name}", "few": "{count} zdjęcia {name}"}
     use_catalogue(Catalogue(forms | {"many": "{count} zdjęć {name}"}))
     said = [tr_n(ONE, MANY, n, name="C") for n in (1, 3, 5)]
@@ -83,7 +83,7 @@ def test_a_broken_translation_falls_back_to_english(broken: str) -> None:
     assert tr(POINTS, name="A", length=2) == ("A hat 2.00 m" if sound else "A has 2.00 m.")
 
 
-def test_one_may_be_said_without_its_number() -> None:
+def test_singular_form_may_omit_the_count() -> None:
     one, many = "one photo", "{count} photos"
     assert [tr_n(one, many, n) for n in (1, 4)] == ["one photo", "4 photos"]
     use_catalogue(Catalogue({"one": "ein Foto", "few": "{count} Fotos"}))

@@ -38,11 +38,13 @@ COSTLIEST_COUNT = 20
 
 EXPENSIVE: dict[str, str] = {
     "tests/journeys/test_facets_in_window.py"
-    "::test_other_facets_keep_their_colours_when_one_is_decided_upon": (
+    "::test_accepting_a_facet_keeps_the_colors_of_the_others": (
         "the only journey of facets in the default tier"
     ),
     "tests/journeys/test_every_panel_and_tool.py"
-    "::test_every_tool_comes_by_its_key_and_answers_clicks": "the only journey with every tool",
+    "::test_every_tool_activates_by_its_key_and_responds_to_clicks": (
+        "the only journey with every tool"
+    ),
 }
 """Node ids of default-tier tests that may exceed `MAX_CPU_S`, with the reason."""
 

@@ -8,7 +8,7 @@ import vomstudio as vs
 from tests.messages import refused
 
 
-def test_planes_of_the_sample_agree_with_themselves_and_not_with_turned_ones(tmp_path) -> None:
+def test_planes_agree_with_themselves_but_not_with_rotated_copies(tmp_path) -> None:
     import pandas as pd
 
     picks = pd.read_csv(vs.sample("picks.csv"), comment="#")

@@ -57,7 +57,7 @@ CALLS: dict[str, Callable[[], Any]] = {
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_arguments_that_cannot_be_are_refused(name: str) -> None:
+def test_invalid_arguments_are_refused(name: str) -> None:
     with pytest.raises(vs.errors.VomError) as found:
         CALLS[name]()
     assert str(found.value).endswith(".")
@@ -66,7 +66,7 @@ def test_arguments_that_cannot_be_are_refused(name: str) -> None:
 @pytest.mark.parametrize(
     "more", [{"set": 3}, {"name": 3}, {"type": None}, {"type": 3}, {"model": 3}]
 )
-def test_a_trace_that_is_refused_leaves_the_journal_sound(
+def test_refused_trace_leaves_journal_valid(
     tmp_path: Path, picks: Any, more: dict[str, Any]
 ) -> None:
     bed = picks[picks["pick"] == "B01"][["x", "y", "z"]]
@@ -80,7 +80,7 @@ def test_a_trace_that_is_refused_leaves_the_journal_sound(
             project.export("csv", 3)  # type: ignore[arg-type]
 
 
-def test_a_number_of_sets_is_that_of_the_command(tmp_path: Path, command: Any) -> None:
+def test_exactly_option_gives_same_number_of_sets_as_command(tmp_path: Path, command: Any) -> None:
     steep, flat = [90, 271, 92, 268, 91, 89, 94], [20, 25, 18, 30, 22, 24]
     dips = [88, 89, 87, 86, 90, 87, 88, 31, 34, 32, 35, 33, 34]
     table = tmp_path / "planes.csv"
@@ -95,7 +95,7 @@ def test_a_number_of_sets_is_that_of_the_command(tmp_path: Path, command: Any) -
     assert (error.value.code, error.value.field) == ("option.conflict", "exactly")
 
 
-def test_a_model_stands_as_in_a_project(tmp_path: Path, command: Any) -> None:
+def test_model_read_with_project_uses_its_frame(tmp_path: Path, command: Any) -> None:
     """A tower of five points that says nothing of itself, in centimetres with y up."""
     file = tmp_path / "tower.obj"
     file.write_text(

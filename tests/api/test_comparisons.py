@@ -14,7 +14,7 @@ import vomstudio as vs
 FLAT = np.column_stack([*(a.ravel() for a in np.mgrid[0:3:0.1, 0:3:0.1]), np.zeros(900)])
 
 
-def test_the_object_has_the_names_of_the_command(tmp_path: Path) -> None:
+def test_result_has_same_field_names_as_command(tmp_path: Path) -> None:
     stages: list[str] = []
     found = vs.compare(
         FLAT + [0, 0, 0.1],
@@ -33,7 +33,7 @@ def test_the_object_has_the_names_of_the_command(tmp_path: Path) -> None:
     assert len(set(stages)) > 3
 
 
-def test_files_models_and_tables_are_taken() -> None:
+def test_files_models_and_tables_are_accepted() -> None:
     import pandas as pd
 
     cliff = vs.read(vs.sample("sample.obj"))
@@ -45,19 +45,19 @@ def test_files_models_and_tables_are_taken() -> None:
 @pytest.mark.parametrize(
     "options", [{"m3c2_m": "wide"}, {"m3c2_m": [1.0, 2.0]}, {"m3c2_m": -1.0}, {"cancel": 3}]
 )
-def test_what_is_no_length_is_refused(options: dict[str, Any]) -> None:
+def test_invalid_lengths_are_refused(options: dict[str, Any]) -> None:
     with pytest.raises((vs.errors.InputError, vs.errors.UsageError)):
         vs.compare(FLAT, FLAT, **options)
 
 
-def test_it_can_be_stopped() -> None:
+def test_comparison_can_be_cancelled() -> None:
     token = vs.CancelToken()
     token.cancel()
     with pytest.raises(vs.errors.Cancelled):
         vs.compare(FLAT, FLAT, cancel=token)
 
 
-def test_the_error_of_a_projects_registration_is_taken(tmp_path: Path) -> None:
+def test_registration_error_of_project_is_used(tmp_path: Path) -> None:
     from vomstudio.geometry.frames import Frame
     from vomstudio.geometry.registrations import Registration
 

@@ -45,7 +45,7 @@ EXPENSIVE = (
         for module in (*MODULES, progress)
     ],
 )
-def test_examples_are_true(module: ModuleType) -> None:
+def test_docstring_examples_pass(module: ModuleType) -> None:
     found = doctest.testmod(module, optionflags=doctest.ELLIPSIS)
     plt.close("all")
     assert found.failed == 0
@@ -57,7 +57,7 @@ def test_every_object_has_an_example(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", OBJECTS)
-def test_what_is_public_in_a_class_is_described(name: str) -> None:
+def test_public_members_of_classes_have_docstrings(name: str) -> None:
     thing = getattr(vs, name)
     if inspect.isclass(thing):
         own = [v for k, v in vars(thing).items() if not k.startswith("_")]
@@ -66,7 +66,7 @@ def test_what_is_public_in_a_class_is_described(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [n for n in OBJECTS if inspect.isfunction(getattr(vs, n))])
-def test_functions_name_their_arguments_results_and_errors(name: str) -> None:
+def test_function_docstrings_document_parameters_and_errors(name: str) -> None:
     function = getattr(vs, name)
     said = inspect.getdoc(function) or ""
     assert "Raises" in said
@@ -75,7 +75,7 @@ def test_functions_name_their_arguments_results_and_errors(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [n for n in dir(vs.Project) if not n.startswith("_")])
-def test_members_of_a_project_name_their_arguments_and_have_an_example(name: str) -> None:
+def test_project_docstrings_document_parameters_and_have_examples(name: str) -> None:
     member = inspect.getattr_static(vs.Project, name)
     said = inspect.getdoc(member) or ""
     assert ">>> " in said

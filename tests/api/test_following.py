@@ -13,7 +13,7 @@ from tests.messages import refused
 
 
 @pytest.mark.full
-def test_a_photo_is_followed_on_an_array_of_points_and_cameras_are_named(tmp_path: Path) -> None:
+def test_trace_is_followed_in_photo_on_point_array_with_cameras(tmp_path: Path) -> None:
     made = wall(4)
     folder = written(made, tmp_path)
     cloud = made.mesh(0.02).vertices
@@ -29,7 +29,7 @@ def test_a_photo_is_followed_on_an_array_of_points_and_cameras_are_named(tmp_pat
         vs.follow(cloud, clicks(made), cameras=folder / "cameras.json")
 
 
-def test_a_trace_that_bends_has_no_band_and_crosses_nothing() -> None:
+def test_bent_trace_has_no_plane_band_and_no_crossing() -> None:
     t = np.linspace(0.0, 5.0, 60)
     bent = np.column_stack([t, np.sin(2.0 * t), 0.2 * t])
     bent += np.random.default_rng(0).normal(0.0, 0.01, bent.shape)

@@ -17,7 +17,7 @@ JOINTS = [[(0, y), (6, y)] for y in (1, 2, 3)] + [[(2, 1), (2, 3)]]
 CORNERS = [(1, 0), (5, 0), (5, 4), (1, 4)]
 
 
-def test_lines_areas_and_sets_may_be_anything_with_coordinates() -> None:
+def test_lines_areas_and_sets_accept_any_coordinates() -> None:
     shapes = shapely.linestrings(np.array(JOINTS, float))
     one = vs.fractures(JOINTS, area=CORNERS)
     two = vs.fractures(shapes, area=shapely.Polygon(CORNERS), by=["a", "a", "a", "b"])
@@ -31,7 +31,7 @@ def test_lines_areas_and_sets_may_be_anything_with_coordinates() -> None:
 
 
 @pytest.mark.full
-def test_it_says_what_the_command_says(data_dir: Path, tmp_path: Path) -> None:
+def test_result_matches_command_output(data_dir: Path, tmp_path: Path) -> None:
     folder = data_dir / "fracture_traces"
     found = vs.fractures(
         folder / "KB11_traces.geojson",
@@ -43,7 +43,7 @@ def test_it_says_what_the_command_says(data_dir: Path, tmp_path: Path) -> None:
     assert (tmp_path / "kb11.pdf").stat().st_size > 10_000
 
 
-def test_what_is_no_map_is_refused() -> None:
+def test_invalid_map_arguments_are_refused() -> None:
     with refused("array.shape", shape=(2, 4), field="traces"):
         vs.fractures([[(0, 0, 0, 0), (1, 1, 1, 1)]])
     with refused("lines.no-plane", vs.errors.GeometryError):
@@ -67,7 +67,7 @@ def test_what_is_no_map_is_refused() -> None:
 
 
 @pytest.mark.filterwarnings("ignore:The data lie outside:vomstudio.core.errors.VomWarning")
-def test_an_area_that_crosses_itself_is_told_with_both_sizes(tmp_path: Path) -> None:
+def test_self_crossing_area_is_reported_with_both_areas(tmp_path: Path) -> None:
     """A bow tie: two triangles of 25 square metres each, which cancel by the order of corners."""
     bow = shapely.Polygon([(0, 0), (10, 10), (10, 0), (0, 10)])
     lines = [np.array([(1.0, 5.0), (9.0, 5.0)])]

@@ -23,7 +23,7 @@ def triangle(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_model_is_what_info_says(command: Any, cliff: vs.Mesh) -> None:
+def test_model_attributes_match_info_command(command: Any, cliff: vs.Mesh) -> None:
     (told,) = command("info", vs.sample("sample.obj"))["files"]
     assert len(cliff.points) == told["points"]
     assert len(cliff.faces) == told["faces"]
@@ -36,7 +36,7 @@ def test_a_model_is_what_info_says(command: Any, cliff: vs.Mesh) -> None:
     assert cliff.warnings == ()
 
 
-def test_a_file_without_a_frame_is_local_and_says_so(triangle: Path) -> None:
+def test_file_without_frame_is_local_with_warning(triangle: Path) -> None:
     with pytest.warns(vs.errors.VomWarning) as warned:
         model = vs.read(triangle)
     assert model.crs is None
@@ -48,14 +48,14 @@ def test_a_file_without_a_frame_is_local_and_says_so(triangle: Path) -> None:
     assert model.points.tolist() == [[1, 2, 3], [4, 2, 3], [1, 6, 5]]
 
 
-def test_what_is_declared_is_applied(triangle: Path) -> None:
+def test_declared_unit_and_up_axis_are_applied(triangle: Path) -> None:
     small = vs.read(triangle, unit="cm", up="z")
     assert small.points[1].tolist() == pytest.approx([0.04, 0.02, 0.03])
     # x East, y Up, z South.
     assert vs.read(triangle, up="y", unit="m").points[1].tolist() == [4, -3, 2]
 
 
-def test_only_what_was_assumed_is_listed(triangle: Path) -> None:
+def test_warning_lists_only_assumed_values(triangle: Path) -> None:
     for declared, assumed in (({"up": "y"}, {"unit": "m"}), ({"unit": "cm"}, {"up": "z"})):
         with pytest.warns(vs.errors.VomWarning):
             (finding,) = vs.read(triangle, **declared).warnings
@@ -79,7 +79,7 @@ def in_california(tmp_path: Path) -> Path:
     return path
 
 
-def test_feet_of_a_crs_become_metres(in_california: Path) -> None:
+def test_crs_in_feet_is_converted_to_metres(in_california: Path) -> None:
     with pytest.warns(vs.errors.VomWarning) as warned:
         feet = vs.read(in_california, crs="EPSG:2225")
     (finding,) = (each.message for each in warned)
@@ -112,7 +112,7 @@ def test_a_model_in_feet_is_saved_in_feet(in_california: Path, tmp_path: Path) -
         ),
     ],
 )
-def test_declarations_that_cannot_be_are_refused(
+def test_invalid_declarations_are_refused(
     triangle: Path, more: Any, code: str, values: dict[str, Any]
 ) -> None:
     with refused(code, **values):
@@ -120,14 +120,14 @@ def test_declarations_that_cannot_be_are_refused(
 
 
 @pytest.mark.parametrize("name", ["nothing.obj", "words.ply", "words.docx"])
-def test_what_is_no_model_is_refused_by_name(tmp_path: Path, name: str) -> None:
+def test_unreadable_model_is_refused_with_its_name(tmp_path: Path, name: str) -> None:
     if name.startswith("words"):
         (tmp_path / name).write_text("no model at all")
     with pytest.raises(vs.errors.InputError, match=name):
         vs.read(tmp_path / name)
 
 
-def test_saving_keeps_what_it_is(cliff: vs.Mesh, tmp_path: Path) -> None:
+def test_saved_model_keeps_type_crs_and_bounds(cliff: vs.Mesh, tmp_path: Path) -> None:
     made = cliff.save(tmp_path / "cliff.glb")
     again = vs.read(made)
     assert isinstance(again, vs.Mesh)
@@ -143,7 +143,7 @@ def test_saving_keeps_what_it_is(cliff: vs.Mesh, tmp_path: Path) -> None:
         cliff.save(cliff.path, force=True)
 
 
-def test_a_cloud_comes_with_colours_and_fields(data_dir: Path) -> None:
+def test_point_cloud_is_read_with_colours(data_dir: Path) -> None:
     cloud = vs.read(data_dir / "brighton_beach" / "model.laz")
     assert isinstance(cloud, vs.PointCloud)
     assert len(cloud.points) == 940_393
@@ -168,7 +168,7 @@ def test_pyvista_has_one_textured_block_for_each_material(cliff: vs.Mesh) -> Non
     assert area == pytest.approx(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
-def test_a_model_of_one_material_is_one_data_set(triangle: Path) -> None:
+def test_model_with_one_material_becomes_single_pyvista_data_set(triangle: Path) -> None:
     data = vs.read(triangle, unit="m", up="z").to_pyvista()
     assert data.n_cells == 1
     assert data.points + data.field_data["origin"] == pytest.approx(
@@ -176,14 +176,14 @@ def test_a_model_of_one_material_is_one_data_set(triangle: Path) -> None:
     )
 
 
-def test_a_model_cannot_be_changed_and_shows_itself(cliff: vs.Mesh) -> None:
+def test_model_is_immutable_and_has_repr(cliff: vs.Mesh) -> None:
     with pytest.raises(FrozenInstanceError):
         cliff._data = None  # type: ignore[misc]
     assert "99451" in repr(cliff)
     assert "EPSG:32633" in cliff._repr_html_()
 
 
-def test_a_mesh_of_arrays_is_a_model_for_every_function() -> None:
+def test_mesh_from_arrays_is_accepted_by_dem() -> None:
     points = np.array([[0, 0, 0], [4, 0, 0], [4, 3, 3], [0, 3, 3]])
     face = vs.Mesh.from_arrays(points, [[0, 1, 2], [0, 2, 3]], crs="EPSG:32633")
     assert face.crs == "EPSG:32633"
@@ -194,13 +194,13 @@ def test_a_mesh_of_arrays_is_a_model_for_every_function() -> None:
         vs.Mesh.from_arrays(points, [0, 1, 2])
 
 
-def test_a_data_set_of_pyvista_comes_back_as_the_same_mesh(cliff: vs.Mesh) -> None:
+def test_mesh_survives_pyvista_round_trip(cliff: vs.Mesh) -> None:
     again = vs.Mesh.from_pyvista(cliff.to_pyvista())
     assert len(again.faces) == len(cliff.faces)
     assert np.allclose(again.points[again.faces[-1]], cliff.points[cliff.faces[-1]])
 
 
-def test_points_are_a_cloud_for_every_function() -> None:
+def test_point_arrays_are_treated_as_clouds() -> None:
     x, y = np.meshgrid(np.arange(5.0), np.arange(4.0))
     points = np.column_stack([x.ravel(), y.ravel(), 2 * x.ravel()])
     of_array = vs.dem(points, gsd_m=0.5).heights
@@ -226,7 +226,7 @@ def test_functions_that_take_points_take_models_and_files(tmp_path: Path) -> Non
             assert vs.log(given, bed=(90, 30)).n == 6
 
 
-def test_a_section_has_the_figures_of_the_command() -> None:
+def test_section_to_dict_matches_its_attributes() -> None:
     points = np.array([[0, 0, 0], [4, 0, 0], [4, 3, 3], [0, 3, 3.0]])
     face = vs.Mesh.from_arrays(points, [[0, 1, 2], [0, 2, 3]])
     cut = vs.section(face, plane="90/90", through=[2, 1, 0])

@@ -40,7 +40,7 @@ def contours_of(ax: Any, filled: bool) -> list[Any]:
 
 
 @pytest.mark.parametrize("projection", ["area", "angle"])
-def test_poles_and_circles_are_where_the_library_has_them(library: Any, projection: Any) -> None:
+def test_poles_and_great_circles_match_mplstereonet(library: Any, projection: Any) -> None:
     ax = vs.stereonet((DIRECTION, DIP), projection=projection)
     drawn = [np.sort(line.get_xydata(), axis=0) for line in ax.lines]
     wanted = np.sort(np.transpose(library.pole(DIRECTION - 90.0, DIP.copy())), axis=0)
@@ -51,7 +51,7 @@ def test_poles_and_circles_are_where_the_library_has_them(library: Any, projecti
     assert isinstance(ax, library.StereonetAxes)
 
 
-def test_ones_own_axes_are_drawn_on(library: Any) -> None:
+def test_net_is_drawn_on_given_axes(library: Any) -> None:
     figure = plt.figure()
     ax = figure.add_subplot(projection="stereonet")
     assert vs.stereonet((DIRECTION, DIP), ax=ax) is ax
@@ -73,7 +73,7 @@ def test_densities_are_highest_at_the_cluster(library: Any, method: str) -> None
     assert np.degrees(np.abs(middle - pole)).max() < 6
 
 
-def test_contours_have_the_levels_asked_for_and_a_bar_with_their_unit() -> None:
+def test_contours_have_requested_levels_and_colour_bar_with_unit() -> None:
     chance = np.random.default_rng(3)
     direction, dip = 60 + 5 * chance.normal(size=50), 40 + 5 * chance.normal(size=50)
     ax = vs.stereonet((direction, dip), contour="kamb", levels=[8, 2, 4], filled=False)
@@ -107,7 +107,7 @@ def test_sets_have_names_in_the_legend(picks: Any) -> None:
         assert f"{kind}, poles (n = {n})" in texts
 
 
-def test_many_planes_are_poles_only() -> None:
+def test_many_planes_are_drawn_as_poles_only() -> None:
     chance = np.random.default_rng(5)
     ax = vs.stereonet((chance.uniform(0, 360, 60), chance.uniform(10, 80, 60)))
     assert all(line.get_linestyle() == "None" for line in ax.lines)
@@ -133,20 +133,20 @@ def test_many_planes_are_poles_only() -> None:
         ({"by": "site"}, {"code": "table.unknown-column", "column": "site"}),
     ],
 )
-def test_nets_that_cannot_be_are_refused(more: Any, error: dict[str, Any]) -> None:
+def test_invalid_net_options_are_refused(more: Any, error: dict[str, Any]) -> None:
     with pytest.raises(vs.errors.VomError) as raised:
         vs.stereonet((DIRECTION, DIP), **more)
     assert raised.value.to_dict().items() >= error.items()
 
 
-def test_input_is_not_written_into() -> None:
+def test_input_is_not_modified() -> None:
     direction, dip = DIRECTION.copy(), DIP.copy()
     vs.stereonet((direction, dip))
     assert (direction == DIRECTION).all()
     assert (dip == DIP).all()
 
 
-def test_a_net_is_untilted_and_shows_where_planes_meet() -> None:
+def test_net_is_untilted_and_intersections_need_two_planes() -> None:
     ax = vs.stereonet(([90, 90], [50, 50]), untilt=(90, 20))
     plain = vs.stereonet(([90, 90], [30, 30]))
     at = [axes.lines[-1].get_xydata()[0] for axes in (ax, plain)]
@@ -155,7 +155,7 @@ def test_a_net_is_untilted_and_shows_where_planes_meet() -> None:
         vs.stereonet(([90], [50]), intersections=True)
 
 
-def test_roses_by_set_are_to_one_scale() -> None:
+def test_roses_by_set_are_drawn_in_one_figure() -> None:
     import matplotlib.pyplot as plt
     import pandas
 
@@ -200,7 +200,7 @@ def test_a_rose_is_drawn_on_axes_of_another_figure(of: str) -> None:
     plt.close("all")
 
 
-def test_axes_take_one_rose_and_are_rectangular() -> None:
+def test_given_axes_accept_one_rose_and_must_be_rectangular() -> None:
     import pandas
 
     planes = pandas.DataFrame({"dipdir": [90, 180], "dip": [40, 50], "set": ["A", "B"]})
@@ -214,7 +214,7 @@ def test_axes_take_one_rose_and_are_rectangular() -> None:
     plt.close("all")
 
 
-def test_domains_and_weights_reach_scripts() -> None:
+def test_set_and_weight_options_work_from_python() -> None:
     import pandas
 
     azimuth = [90, 91, 89, 92, 150, 151, 149, 152, 270, 271, 269, 272]
@@ -248,7 +248,9 @@ def _drawn(ax: Any, label: str) -> Any:
 
 
 @pytest.mark.parametrize("projection", ["area", "angle"])
-def test_typed_circles_and_lines_are_where_they_should_be(library: Any, projection: Any) -> None:
+def test_typed_planes_cones_and_slip_lines_are_drawn_at_their_attitudes(
+    library: Any, projection: Any
+) -> None:
     ax = vs.stereonet(
         (DIRECTION, DIP),
         projection=projection,
@@ -283,7 +285,7 @@ def test_a_girdle_a_maximum_and_averages_are_drawn() -> None:
     assert any("about 090/20" in text.get_text() for text in ax.texts)
 
 
-def test_errors_are_ellipses_of_the_total_error_in_the_table(picks: Any, library: Any) -> None:
+def test_error_ellipses_show_total_error_of_table(picks: Any, library: Any) -> None:
     bed = vs.fit_planes(picks[picks["pick"] == "B01"], by="pick")
     ax = vs.stereonet(bed, errors=True)
     plain = vs.stereonet(bed)
@@ -302,7 +304,7 @@ def test_errors_are_ellipses_of_the_total_error_in_the_table(picks: Any, library
         vs.stereonet((DIRECTION, DIP), errors=True)
 
 
-def test_the_world_turned_turns_the_net() -> None:
+def test_rotation_rotates_the_net() -> None:
     # About a line straight down the right-hand rule runs clockwise on the map.
     turned = vs.stereonet((DIRECTION, DIP), rotate=(0, 90, 30))
     other = vs.stereonet(((DIRECTION + 30) % 360, DIP))
@@ -314,7 +316,7 @@ def test_the_world_turned_turns_the_net() -> None:
     assert any("Rotated by 30" in text.get_text() for text in turned.texts)
 
 
-def test_a_style_is_that_of_the_figure() -> None:
+def test_style_options_apply_to_figure() -> None:
     ax = vs.stereonet(
         (DIRECTION, DIP),
         size_mm=(254, 127),
@@ -354,13 +356,13 @@ def test_a_style_is_that_of_the_figure() -> None:
         {"by": ["set"]},
     ],
 )
-def test_options_that_cannot_be_are_refused_with_a_sentence(more: Any) -> None:
+def test_invalid_options_are_refused_with_sentence(more: Any) -> None:
     with pytest.raises(vs.errors.VomError) as found:
         vs.stereonet((DIRECTION, DIP), **more)
     assert str(found.value).endswith(".")
 
 
-def test_axes_of_ones_own_keep_their_size() -> None:
+def test_size_is_refused_for_existing_axes() -> None:
     ax = vs.stereonet((DIRECTION, DIP))
     with refused("option.conflict", vs.errors.UsageError, option="size_mm", other="ax"):
         vs.stereonet((DIRECTION, DIP), ax=ax, size_mm=(100, 100))

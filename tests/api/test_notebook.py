@@ -64,7 +64,7 @@ def test_a_notebook_runs_and_shows_its_objects(folder: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
-def test_an_error_in_a_notebook_is_a_sentence_of_ours(folder: Path) -> None:
+def test_notebook_error_shows_program_message(folder: Path) -> None:
     cells = ("import vomstudio as vs", "vs.fit_plane([[0, 0, 0], [1, float('nan'), 0]])")
     with pytest.raises(CellExecutionError) as error:
         run(cells, folder)

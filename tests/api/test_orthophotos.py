@@ -18,9 +18,7 @@ from vomstudio.cli.common.output import to_json
 MODEL = vs.sample("sample.obj")
 
 
-def test_the_picture_is_the_one_of_the_command(
-    command: Any, cliff: vs.Mesh, tmp_path: Path
-) -> None:
+def test_image_matches_command_output(command: Any, cliff: vs.Mesh, tmp_path: Path) -> None:
     target = tmp_path / "told.tif"
     told = command("ortho", MODEL, "--plane", "200/85", "--gsd", 0.1, "-o", target)
     made = vs.orthophoto(cliff, plane=(200, 85), gsd_m=0.1)
@@ -56,7 +54,7 @@ def test_saving_writes_the_files_of_the_command(
         made.save(tmp_path / "picture.png")
 
 
-def test_pixels_stand_where_the_model_is(cliff: vs.Mesh) -> None:
+def test_pixels_map_onto_model_surface(cliff: vs.Mesh) -> None:
     """The World point of a pixel is on a face: no farther from a vertex than an edge is long."""
     made = vs.orthophoto(cliff, trend_deg=20, plunge_deg=-10, gsd_m=0.2)
     rows, columns = np.nonzero(np.isfinite(made.depth))
@@ -89,7 +87,7 @@ def test_a_fold_gives_the_view_along_its_axis(picks: Any) -> None:
         assert made.fold.beta == found.beta
 
 
-def test_planes_are_taken_in_every_form(cliff: vs.Mesh, picks: Any) -> None:
+def test_planes_are_accepted_as_fit_or_text(cliff: vs.Mesh, picks: Any) -> None:
     plane = vs.fit_plane(picks[picks["pick"] == "B01"])
     by_fit = vs.orthophoto(cliff, plane=plane, gsd_m=1.0)
     text = f"{plane.dip_direction_deg}/{plane.dip_deg}"
@@ -100,7 +98,7 @@ def test_planes_are_taken_in_every_form(cliff: vs.Mesh, picks: Any) -> None:
     assert flipped.direction == pytest.approx(plane.normal, abs=1e-9)
 
 
-def test_progress_is_told_and_can_stop_it(cliff: vs.Mesh) -> None:
+def test_progress_is_reported_and_can_cancel(cliff: vs.Mesh) -> None:
     told: list[tuple[str, int, int | None]] = []
     vs.orthophoto(cliff, trend_deg=0, plunge_deg=90, gsd_m=1, progress=lambda *a: told.append(a))
     assert ("Casting rays", 1, 1) in told
@@ -122,9 +120,7 @@ def test_progress_is_told_and_can_stop_it(cliff: vs.Mesh) -> None:
         ({"trend_deg": 5, "plunge_deg": 5, "gsd_m": 0}, "option.not-a-length", "gsd_m"),
     ],
 )
-def test_wrong_options_are_refused_by_the_names_of_arguments(
-    cliff: vs.Mesh, words: Any, code: str, field: str
-) -> None:
+def test_errors_name_python_arguments(cliff: vs.Mesh, words: Any, code: str, field: str) -> None:
     with pytest.raises(vs.errors.UsageError) as error:
         vs.orthophoto(cliff, **words)
     assert (error.value.code, error.value.field) == (code, field)
@@ -140,7 +136,7 @@ def test_wrong_options_are_refused_by_the_names_of_arguments(
         ({"trend_deg": 5, "plunge_deg": 5, "progress": 7}, "argument.wrong-type", "progress"),
     ],
 )
-def test_views_that_cannot_be_are_refused(
+def test_arguments_of_wrong_type_are_refused(
     cliff: vs.Mesh, words: Any, code: str, field: str
 ) -> None:
     with refused(code, field=field):
@@ -154,12 +150,12 @@ def test_views_that_cannot_be_are_refused(
         ({"trend_deg": 5, "plunge_deg": 5, "gsd_m": 1e-6}, "gsd.too-many-pixels"),
     ],
 )
-def test_values_that_no_view_can_have_are_refused(cliff: vs.Mesh, words: Any, code: str) -> None:
+def test_unusable_plane_or_pixel_size_is_refused(cliff: vs.Mesh, words: Any, code: str) -> None:
     with refused(code):
         vs.orthophoto(cliff, **words)
 
 
-def test_a_picture_shows_itself(cliff: vs.Mesh) -> None:
+def test_orthophoto_has_repr(cliff: vs.Mesh) -> None:
     made = vs.orthophoto(cliff, trend_deg=0, plunge_deg=90, gsd_m=1)
     assert "of 1 m" in repr(made)
     assert "EPSG:32633" in made._repr_html_()

@@ -9,7 +9,7 @@ import vomstudio as vs
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "api.md"
 
 
-def test_the_page_names_all_that_is_offered() -> None:
+def test_page_names_every_public_function() -> None:
     text = PAGE.read_text(encoding="utf-8")
     functions = [n for n in vs.__all__ if n[0].islower() and n not in ("errors",)]
     assert [name for name in functions if f"vs.{name}" not in text] == []

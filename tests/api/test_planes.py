@@ -35,14 +35,14 @@ def angle_between(a: float, b: float) -> float:
 
 
 @given(st.floats(0, 359.99), st.floats(0.5, 89.5))
-def test_a_known_plane_comes_back(dip_direction: float, dip: float) -> None:
+def test_known_plane_is_recovered(dip_direction: float, dip: float) -> None:
     fit = vs.fit_plane(points_on(dip_direction, dip) + [364_520.0, 4_721_864.0, 850.0])
     assert angle_between(fit.dip_direction_deg, dip_direction) < 1e-3
     assert fit.dip_deg == pytest.approx(dip, abs=1e-4)
     assert angle_between(fit.strike_rhr_deg, dip_direction - 90.0) < 1e-3
 
 
-def test_turning_the_world_turns_the_dip_direction() -> None:
+def test_rotating_points_rotates_dip_direction() -> None:
     rough = points_on(70, 35) + np.random.default_rng(3).normal(0, 0.05, (40, 3))
     turn = np.radians(30.0)
     # Clockwise seen from above, as azimuths count.
@@ -53,7 +53,7 @@ def test_turning_the_world_turns_the_dip_direction() -> None:
     assert there.max_confidence95_deg == pytest.approx(here.max_confidence95_deg)
 
 
-def test_the_normal_is_that_of_numpy() -> None:
+def test_normal_matches_numpy_svd() -> None:
     rough = points_on(200, 60) + np.random.default_rng(5).normal(0, 0.1, (40, 3))
     normal = np.linalg.svd(rough - rough.mean(axis=0))[2][2]
     fit = vs.fit_plane(rough)
@@ -63,7 +63,7 @@ def test_the_normal_is_that_of_numpy() -> None:
     assert fit.rms_m == pytest.approx(np.sqrt(np.mean(((rough - fit.centroid) @ normal) ** 2)))
 
 
-def test_the_published_planes_come_back(data_dir: Path) -> None:
+def test_published_planes_are_reproduced(data_dir: Path) -> None:
     points = np.loadtxt(data_dir / "planes" / "well_defined.txt")
     fit = vs.fit_plane(points)
     assert (fit.strike_rhr_deg, fit.dip_deg) == pytest.approx((11.266, 3.492), abs=1e-3)
@@ -80,7 +80,7 @@ def rows_of(frame: Any) -> list[dict[str, Any]]:
     ]
 
 
-def test_planes_are_those_of_the_command(command: Any, picks: Any) -> None:
+def test_planes_match_command_output(command: Any, picks: Any) -> None:
     told = command("fit", SAMPLE, "--by", "pick")["planes"]
     made = rows_of(vs.fit_planes(picks, by="pick"))
     assert [row.keys() for row in made] == [row.keys() for row in told]
@@ -91,7 +91,7 @@ def test_planes_are_those_of_the_command(command: Any, picks: Any) -> None:
     assert rows_of(vs.fit_planes(by_name)) == bare
 
 
-def test_one_plane_has_the_figures_of_its_row(picks: Any) -> None:
+def test_fit_plane_matches_row_of_fit_planes(picks: Any) -> None:
     bed = picks[picks["pick"] == "B03"]
     (row,) = rows_of(vs.fit_planes({"B03": bed}))
     fit = vs.fit_plane(bed)
@@ -100,12 +100,12 @@ def test_one_plane_has_the_figures_of_its_row(picks: Any) -> None:
     }
 
 
-def test_attributes_are_the_columns() -> None:
+def test_attributes_match_table_columns() -> None:
     for kind in (vs.PlaneFit, vs.LineFit):
         assert tuple(field.name for field in fields(kind)) == (*COLUMNS, "warnings")
 
 
-def test_a_horizontal_plane_has_no_azimuth_and_is_taken_as_a_plane_all_the_same() -> None:
+def test_horizontal_plane_has_no_azimuth_but_is_still_a_plane() -> None:
     level = [[0, 0, 1], [4, 0, 1], [0, 4, 1], [3, 3, 1]]
     flat = vs.fit_plane(level)
     assert (flat.element, flat.undefined, flat.dip_deg, flat.pole_plunge_deg) == (
@@ -138,14 +138,14 @@ def test_reasons_and_notes_of_the_verdict_are_warnings_with_values() -> None:
         straight.warnings = ()  # type: ignore[misc]
 
 
-def test_a_plane_has_no_figures_of_lines() -> None:
+def test_line_attributes_of_plane_are_none() -> None:
     fit = vs.fit_plane(points_on(7, 35))
     of_lines = [name for name in COLUMNS if "slip" in name or name.startswith(("trend", "plunge"))]
     assert len(of_lines) == 5
     assert all(getattr(fit, name) is None for name in [*of_lines, "rake_deg", "on_plane"])
 
 
-def test_a_fit_cannot_be_changed_and_shows_itself() -> None:
+def test_fit_is_immutable_and_has_repr() -> None:
     fit = vs.fit_plane(points_on(7, 35))
     with pytest.raises(FrozenInstanceError):
         fit.dip_deg = 3.0  # type: ignore[misc]
@@ -217,12 +217,12 @@ def test_the_resolution_enters_the_verdict() -> None:
         ),
     ],
 )
-def test_what_is_not_an_array_of_points_is_refused(given: Any, code: str, values: Any) -> None:
+def test_invalid_point_arrays_are_refused(given: Any, code: str, values: Any) -> None:
     with refused(code, field="points", **values):
         vs.fit_plane(given)
 
 
-def test_a_word_is_the_name_of_a_file() -> None:
+def test_string_argument_is_a_file_name() -> None:
     with refused("file.missing", file="north"):
         vs.fit_plane("north")
 
@@ -250,7 +250,7 @@ def test_points_without_a_plane_are_refused_with_the_reason(given: Any, code: st
         {"profile": "taste"},
     ],
 )
-def test_settings_that_cannot_be_are_refused(wrong: Any) -> None:
+def test_invalid_settings_are_refused(wrong: Any) -> None:
     with pytest.raises(vs.errors.VomError):
         vs.fit_plane(points_on(10, 20), **wrong)
 
@@ -294,17 +294,17 @@ def test_rows_without_coordinates_are_dropped_and_counted(picks: Any) -> None:
         ),
     ],
 )
-def test_what_is_no_group_is_refused(groups: Any, by: Any, kind: str) -> None:
+def test_invalid_groups_are_refused(groups: Any, by: Any, kind: str) -> None:
     with pytest.raises(getattr(vs.errors, kind)):
         vs.fit_planes(groups, by=by)
 
 
-def test_ids_stay_what_they_are() -> None:
+def test_group_ids_are_preserved() -> None:
     made = vs.fit_planes({7: points_on(10, 20), (1, 2): points_on(20, 30)})
     assert list(made["id"]) == [7, (1, 2)]
 
 
-def test_input_is_not_written_into() -> None:
+def test_input_is_not_modified() -> None:
     points = points_on(10, 20)
     before = points.copy()
     points.setflags(write=False)

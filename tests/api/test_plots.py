@@ -36,7 +36,7 @@ print(*sorted({m.partition(".")[0] for m in sys.modules} & {"PySide6", "pyvistaq
 
 
 @pytest.mark.full
-def test_a_picture_needs_no_display(tmp_path: Path, own_folders: Path) -> None:
+def test_plotting_needs_no_display(tmp_path: Path, own_folders: Path) -> None:
     import os
 
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
@@ -64,7 +64,7 @@ def test_a_picture_needs_no_display(tmp_path: Path, own_folders: Path) -> None:
 
 
 @pytest.mark.full
-def test_beside_a_running_qt_it_is_a_window(cliff: vs.Mesh, qtbot: Any) -> None:
+def test_plot_opens_window_when_qt_is_running(cliff: vs.Mesh, qtbot: Any) -> None:
     import pyvistaqt
 
     plotter = cliff.plot()
@@ -75,7 +75,7 @@ def test_beside_a_running_qt_it_is_a_window(cliff: vs.Mesh, qtbot: Any) -> None:
         plotter.close()
 
 
-def test_north_is_away_where_the_view_looks_north(tmp_path: Path, own_folders: Path) -> None:
+def test_camera_faces_exposed_side_of_outcrop(tmp_path: Path, own_folders: Path) -> None:
     """The camera looks at the exposed side: against the mean normal of the faces."""
     from vomstudio.rendering.plots.plotting import draw, off_screen_plotter
 

@@ -66,7 +66,7 @@ def steps_back(project: vs.Project) -> int:
 
 
 # --- features ------------------------------------------------------------------------------------
-def test_each_call_is_one_step_and_nothing_stays_without_saving(project: vs.Project) -> None:
+def test_each_call_is_one_undo_step_and_unsaved_changes_are_discarded(project: vs.Project) -> None:
     bed = project.add_trace([[0, 0, 1], [2, 0, 1.5], [2, 3, 1]], type="bedding", name="B1")
     project.add_line([[0, 0, 1], [2, 0, 1.5]], type="lineation", on=bed)
     project.add_line(CONTACT, type="contact")
@@ -216,7 +216,7 @@ def test_groups_without_a_plane_are_left_out_with_a_warning(project: vs.Project)
     assert project.traces()[["id", "name"]].values.tolist() == [[added, "1"]]
 
 
-def test_groups_are_traces_lines_or_patches_in_one_step(project: vs.Project) -> None:
+def test_groups_are_added_as_lines_or_patches_in_one_step(project: vs.Project) -> None:
     groups = {"a": RING, "b": np.add(RING, [1.0, 0, 1.0])}
     for shape, kind, table in (
         ("line", "contact", project.contacts),
@@ -254,7 +254,7 @@ def test_a_model_in_memory_is_written_into_the_project(project: vs.Project) -> N
         project.add_model(WALL, crs="EPSG:32633")
 
 
-def test_a_registration_by_directions_keeps_what_it_does_not_determine(
+def test_registration_by_directions_leaves_position_undetermined(
     project: vs.Project, tmp_path: Path
 ) -> None:
     joint = project.add_patch(RING, type="joint")
@@ -273,7 +273,7 @@ def test_a_registration_by_directions_keeps_what_it_does_not_determine(
 
 
 # --- the report ----------------------------------------------------------------------------------
-def test_a_report_has_every_feature_with_the_figures_of_the_table(
+def test_report_lists_every_feature_with_values_of_table(
     project: vs.Project, tmp_path: Path
 ) -> None:
     project.add_trace(

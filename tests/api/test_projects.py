@@ -29,7 +29,7 @@ def bed(picks: Any) -> Any:
     return picks[picks["pick"] == "B01"][["x", "y", "z"]].to_numpy()
 
 
-def test_a_project_is_made_measured_on_and_opened_again(
+def test_project_is_created_measured_on_and_reopened(
     folder: Path, bed: Any, picks: Any, tmp_path: Path
 ) -> None:
     with vs.Project.create(folder) as project:
@@ -83,7 +83,7 @@ def test_a_project_is_made_measured_on_and_opened_again(
     assert (folder / "project.gpkg").is_file()
 
 
-def test_layers_of_models_without_a_common_crs_have_none(folder: Path, tmp_path: Path) -> None:
+def test_layers_without_common_crs_have_no_crs(folder: Path, tmp_path: Path) -> None:
     path = tmp_path / "triangle.obj"
     path.write_text("v 1 2 3\nv 4 2 3\nv 1 6 5\nf 1 2 3\n")
     with vs.Project.create(folder) as project:
@@ -96,7 +96,7 @@ def test_layers_of_models_without_a_common_crs_have_none(folder: Path, tmp_path:
         assert project.traces().geometry.has_z.all()
 
 
-def test_leaving_without_saving_discards_and_can_be_taken_back(folder: Path, bed: Any) -> None:
+def test_leaving_without_saving_discards_changes_and_can_be_undone(folder: Path, bed: Any) -> None:
     with vs.Project.create(folder) as project:
         model = project.add_model(MODEL)
         project.save()
@@ -110,7 +110,7 @@ def test_leaving_without_saving_discards_and_can_be_taken_back(folder: Path, bed
         assert len(project.planes()) == 1
 
 
-def test_an_error_in_the_block_discards_as_well(folder: Path, bed: Any) -> None:
+def test_exception_in_with_block_discards_changes(folder: Path, bed: Any) -> None:
     def fails() -> None:
         with vs.Project.create(folder) as project:
             model = project.add_model(MODEL)
@@ -123,7 +123,7 @@ def test_an_error_in_the_block_discards_as_well(folder: Path, bed: Any) -> None:
         assert project.models == ()
 
 
-def test_what_a_crash_left_unsaved_is_kept_by_looking(folder: Path, bed: Any) -> None:
+def test_unsaved_changes_after_crash_survive_opening(folder: Path, bed: Any) -> None:
     project = vs.Project.create(folder)
     project.add_model(MODEL)
     # As a kernel that is killed leaves it.
@@ -137,7 +137,7 @@ def test_what_a_crash_left_unsaved_is_kept_by_looking(folder: Path, bed: Any) ->
             assert len(again.models) == 1
 
 
-def test_two_notebooks_cannot_have_one_project(folder: Path) -> None:
+def test_project_cannot_be_opened_twice(folder: Path) -> None:
     with vs.Project.create(folder):
         with refused("project.locked"):
             vs.Project.open(folder)
@@ -146,7 +146,7 @@ def test_two_notebooks_cannot_have_one_project(folder: Path) -> None:
     vs.Project.open(folder).close()
 
 
-def test_a_closed_project_says_so(folder: Path) -> None:
+def test_closed_project_reports_that_it_is_closed(folder: Path) -> None:
     project = vs.Project.create(folder)
     project.close()
     project.close()
@@ -155,7 +155,7 @@ def test_a_closed_project_says_so(folder: Path) -> None:
         project.planes()
 
 
-def test_an_old_project_is_read_as_the_commands_read_it(
+def test_old_project_gives_same_results_as_commands(
     command: Any, tmp_path: Path, own_folders: Path
 ) -> None:
     import shutil
@@ -241,7 +241,7 @@ def test_actions_that_are_not_possible_are_refused(
             call(project, bed)
 
 
-def test_the_project_itself_is_no_target(folder: Path, bed: Any) -> None:
+def test_export_over_project_files_is_refused(folder: Path, bed: Any) -> None:
     with vs.Project.create(folder) as project:
         project.add_trace(bed, model=project.add_model(MODEL), type="bedding")
         with pytest.raises(vs.errors.TargetError):
@@ -269,20 +269,20 @@ def test_a_model_without_a_frame_comes_with_a_warning(folder: Path, tmp_path: Pa
 
 
 @pytest.mark.parametrize("name", ["none.vom", "words.txt"])
-def test_what_is_no_project_is_refused(tmp_path: Path, own_folders: Path, name: str) -> None:
+def test_invalid_project_path_is_refused(tmp_path: Path, own_folders: Path, name: str) -> None:
     (tmp_path / "words.txt").write_text("no project")
     with pytest.raises(vs.errors.InputError):
         vs.Project.open(tmp_path / name)
 
 
-def test_a_project_shows_itself(folder: Path) -> None:
+def test_project_has_repr(folder: Path) -> None:
     with vs.Project.create(folder) as project:
         project.add_model(MODEL)
         assert "sample" in repr(project)
         assert "unsaved changes" in project._repr_html_()
 
 
-def test_a_project_whose_folder_is_gone_refuses_the_step_and_is_saved_elsewhere(tmp_path):
+def test_project_with_deleted_folder_refuses_edits_until_saved_elsewhere(tmp_path):
     import shutil
 
     import vomstudio as vs

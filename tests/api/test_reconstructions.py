@@ -36,19 +36,19 @@ PHOTOS = vs.sample("photos")
         (PHOTOS, {"cancel": True}, "argument.wrong-type", {"expected": "vs.CancelToken"}),
     ],
 )
-def test_orders_that_cannot_begin_are_refused(
+def test_invalid_reconstruction_arguments_are_refused(
     tmp_path: Path, photos: Any, more: Any, code: str, values: dict[str, Any]
 ) -> None:
     with refused(code, **values):
         vs.reconstruct(photos, tmp_path / "model", **more)
 
 
-def test_the_photos_own_folder_is_no_target() -> None:
+def test_output_to_photo_folder_is_refused() -> None:
     with refused("folder.of-photos", vs.errors.UsageError):
         vs.reconstruct(PHOTOS, PHOTOS)
 
 
-def test_it_is_stopped_by_a_token_from_another_thread(tmp_path: Path) -> None:
+def test_token_from_another_thread_cancels_reconstruction(tmp_path: Path) -> None:
     token, begun = vs.CancelToken(), threading.Event()
 
     def stop() -> None:
@@ -72,7 +72,7 @@ def test_it_is_stopped_by_a_token_from_another_thread(tmp_path: Path) -> None:
     assert time.monotonic() - start < 60
 
 
-def test_what_the_progress_raises_stops_it(tmp_path: Path) -> None:
+def test_exception_in_progress_callback_stops_reconstruction(tmp_path: Path) -> None:
     def fails(stage: str, done: int, total: int | None) -> None:
         raise KeyError(stage)
 
@@ -83,7 +83,7 @@ def test_what_the_progress_raises_stops_it(tmp_path: Path) -> None:
     assert not [p for p in after if p.status() != psutil.STATUS_ZOMBIE]
 
 
-def test_the_work_ends_with_its_kernel(tmp_path: Path) -> None:
+def test_workers_end_when_kernel_is_killed(tmp_path: Path) -> None:
     """A kernel that is killed in the middle leaves no process behind."""
     code = (
         "import vomstudio as vs\n"
@@ -103,7 +103,7 @@ def test_the_work_ends_with_its_kernel(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_photos_become_a_model(tmp_path: Path) -> None:
+def test_photos_are_reconstructed_to_a_model(tmp_path: Path) -> None:
     stages: list[str] = []
     with pytest.warns(vs.errors.VomWarning) as caught:
         found = vs.reconstruct(

@@ -15,7 +15,7 @@ WORLD = 2.0 * MODEL[:, [1, 0, 2]] * [-1, 1, 1] + [398_000.0, 4_980_000.0, 20.0]
 
 
 @pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
-def test_it_is_an_array_of_float64_that_takes_model_to_world() -> None:
+def test_matrix_is_float64_array_from_model_to_world() -> None:
     found = vs.register(MODEL, WORLD)
     assert isinstance(found.matrix, np.ndarray)
     assert found.matrix.dtype == np.float64

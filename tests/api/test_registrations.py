@@ -34,7 +34,7 @@ PROMISED = {
 }
 
 
-def test_the_object_has_the_names_of_the_command() -> None:
+def test_result_has_same_field_names_as_command() -> None:
     noisy = WORLD + np.random.default_rng(3).normal(0, 0.01, WORLD.shape)
     found = vs.register(MODEL, noisy, check=CHECK)
     told = json.loads(json.dumps(found.to_dict()))
@@ -52,7 +52,7 @@ def test_the_object_has_the_names_of_the_command() -> None:
     assert found(MODEL) == pytest.approx(WORLD, abs=0.1)
 
 
-def test_remarks_are_python_warnings() -> None:
+def test_registration_findings_are_python_warnings() -> None:
     with pytest.warns(vs.errors.VomWarning) as caught:
         vs.register(MODEL, WORLD)
     assert "control.no-check-points" in [each.message.code for each in caught]
@@ -83,7 +83,7 @@ def test_remarks_are_python_warnings() -> None:
         ("a", WORLD, {}, "file.missing", {"file": "a"}),
     ],
 )
-def test_points_that_are_not_pairs_are_refused(
+def test_unpaired_points_are_refused(
     model: Any, world: Any, more: Any, code: str, values: dict[str, Any]
 ) -> None:
     with refused(code, **values):

@@ -98,7 +98,7 @@ PAIRS = {
     [pytest.param(name, marks=[pytest.mark.full] if name == "check" else []) for name in PAIRS],
 )
 @pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
-def test_names_and_values_are_those_of_the_command(
+def test_names_and_values_match_command_output(
     name: str, tmp_path: Path, command: Callable[..., dict[str, Any]]
 ) -> None:
     table, cloud = tmp_path / "planes.csv", tmp_path / "cloud.xyz"
@@ -114,7 +114,7 @@ def test_names_and_values_are_those_of_the_command(
 
 
 @pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
-def test_sets_of_facets_are_objects_as_those_of_sets_are(
+def test_facet_sets_have_same_attributes_as_orientation_sets(
     tmp_path: Path, command: Callable[..., dict[str, Any]]
 ) -> None:
     """Stairs: six treads and six risers of a square metre."""

@@ -40,21 +40,21 @@ def planes(picks: Any, tmp_path: Path) -> tuple[Any, Path]:
     return made, path
 
 
-def test_the_published_tensor_comes_back(big_elk: Path) -> None:
+def test_published_tensor_is_reproduced(big_elk: Path) -> None:
     found = vs.stats(big_elk).sets["all"]
     assert found.tensor.eigenvalues == pytest.approx((0.5901, 0.3525, 0.0573), abs=1e-4)
     assert pytest.approx((0.2837, 2.3312), abs=1e-4) == (found.woodcock.K, found.woodcock.C)
     assert pytest.approx(0.5904, abs=1e-4) == found.vollmer.G
 
 
-def test_the_published_axis_comes_back(big_elk: Path) -> None:
+def test_published_axis_is_reproduced(big_elk: Path) -> None:
     found = vs.fold(big_elk)
     assert (found.beta.trend_deg, found.beta.plunge_deg) == pytest.approx((125.3, 26.1), abs=0.1)
     assert found.pi_plane.strike_rhr_deg == pytest.approx(215.3, abs=0.1)
 
 
 @pytest.mark.parametrize("by", [None, "kind"])
-def test_statistics_are_those_of_the_command(command: Any, planes: Any, by: Any) -> None:
+def test_statistics_match_command_output(command: Any, planes: Any, by: Any) -> None:
     table, path = planes
     words = ["stats", path] if by is None else ["stats", path, "--by", by]
     told = command(*words)
@@ -65,7 +65,7 @@ def test_statistics_are_those_of_the_command(command: Any, planes: Any, by: Any)
     assert found["n"] == told["n"]
 
 
-def test_folds_are_those_of_the_command(command: Any, planes: Any) -> None:
+def test_folds_match_command_output(command: Any, planes: Any) -> None:
     table, path = planes
     assert plain(vs.fold(table).to_dict()) == command("fold", path)
     assert plain(vs.fold(table, kind="joint").to_dict()) == command("fold", path, "--kind", "joint")
@@ -73,7 +73,7 @@ def test_folds_are_those_of_the_command(command: Any, planes: Any) -> None:
     assert plain(vs.fold(table, sets=["4 east limb", "fault"]).to_dict()) == told
 
 
-def test_the_fisher_mean_is_that_of_mplstereonet() -> None:
+def test_fisher_mean_matches_mplstereonet() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         import mplstereonet
@@ -88,7 +88,7 @@ def test_the_fisher_mean_is_that_of_mplstereonet() -> None:
     assert (found.plunge_deg, found.trend_deg) == pytest.approx([float(v) for v in vector])
 
 
-def test_turning_the_world_turns_every_axis() -> None:
+def test_rotating_input_rotates_fold_axis() -> None:
     chance = np.random.default_rng(2)
     direction, dip = chance.uniform(0, 360, 25), chance.uniform(5, 85, 25)
     here, there = vs.fold((direction, dip)), vs.fold(((direction + 30) % 360, dip))
@@ -98,13 +98,13 @@ def test_turning_the_world_turns_every_axis() -> None:
     assert there.eigenvalues == pytest.approx(here.eigenvalues)
 
 
-def test_what_pools_kinds_says_so(planes: Any) -> None:
+def test_pooling_kinds_gives_warning(planes: Any) -> None:
     with pytest.warns(vs.errors.VomWarning):
         found = vs.stats(planes[0])
     assert len(by_code(found.warnings)["stats.several-kinds"]["kinds"]) == 3
 
 
-def test_lines_may_be_directed() -> None:
+def test_directed_lines_use_fisher_statistics() -> None:
     lines = pandas.DataFrame({"trend": [10, 12, 8], "plunge": [-20, -22, -21]})
     found = vs.stats(lines, directed=True).sets["all"]
     assert found.of == "lines"
@@ -113,7 +113,7 @@ def test_lines_may_be_directed() -> None:
     assert found.fisher.plunge_deg < 0
 
 
-def test_results_cannot_be_changed_and_show_themselves(big_elk: Path) -> None:
+def test_results_are_immutable_and_have_repr(big_elk: Path) -> None:
     for found in (vs.stats(big_elk), vs.fold(big_elk)):
         with pytest.raises(FrozenInstanceError):
             found.n = 3  # type: ignore[misc]
@@ -136,6 +136,8 @@ def test_results_cannot_be_changed_and_show_themselves(big_elk: Path) -> None:
         (lambda t: vs.fold(([10], [5])), "GeometryError", "at least two planes"),
     ],
 )
-def test_what_cannot_be_answered_is_said(planes: Any, call: Any, kind: str, said: str) -> None:
+def test_impossible_requests_are_refused_with_reason(
+    planes: Any, call: Any, kind: str, said: str
+) -> None:
     with pytest.raises(getattr(vs.errors, kind), match=said):
         call(planes[0])

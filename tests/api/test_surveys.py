@@ -26,7 +26,7 @@ def three(tmp_path: Path) -> Path:
     return folder
 
 
-def test_photos_are_those_of_the_folder(command: Any) -> None:
+def test_photos_match_info_command(command: Any) -> None:
     (told,) = command("info", PHOTOS)["files"]
     found = vs.read_photos(PHOTOS)
     assert len(found.photos) == told["used"]
@@ -37,7 +37,7 @@ def test_photos_are_those_of_the_folder(command: Any) -> None:
 
 
 @pytest.mark.full
-def test_a_check_is_that_of_the_command(command: Any, three: Path) -> None:
+def test_check_matches_command_output(command: Any, three: Path) -> None:
     told = command("check", three, "--distance", 15)
     seen: list[str] = []
     found = vs.check(three, distance_m=15, progress=lambda stage, done, total: seen.append(stage))
@@ -49,7 +49,7 @@ def test_a_check_is_that_of_the_command(command: Any, three: Path) -> None:
         vs.check(three, distance_m=-1)
 
 
-def test_a_plan_is_that_of_the_command(command: Any, tmp_path: Path) -> None:
+def test_plan_matches_command_output(command: Any, tmp_path: Path) -> None:
     words = ["--camera", "23.5x15.6,35,6000x4000", "--distance", 20, "--width", 30, "--height", 10]
     told = command("plan", *words, "-o", tmp_path / "told.svg")
     with warnings.catch_warnings():
@@ -77,17 +77,17 @@ def test_a_plan_is_that_of_the_command(command: Any, tmp_path: Path) -> None:
         {"distance_m": 20, "manner": "kite"},
     ],
 )
-def test_plans_that_cannot_be_are_refused(more: Any) -> None:
+def test_invalid_plans_are_refused(more: Any) -> None:
     with pytest.raises(vs.errors.VomError):
         vs.plan("23.5x15.6,35,6000x4000", width_m=30, height_m=10, **more)
 
 
-def test_a_camera_nobody_knows_is_refused() -> None:
+def test_unknown_camera_is_refused() -> None:
     with refused("plan.unknown-camera", vs.errors.UsageError, camera="Brownie", field="camera"):
         vs.plan("Brownie", distance_m=3, width_m=9, height_m=3)
 
 
-def test_a_plan_without_a_distance_names_the_arguments() -> None:
+def test_plan_without_distance_reports_required_arguments() -> None:
     arguments = ("distance_m", "gsd_m", "plane_m")
     with refused("option.none-given", vs.errors.UsageError, options=arguments, field="distance_m"):
         vs.plan("23.5x15.6,35,6000x4000", width_m=30, height_m=10)

@@ -60,7 +60,7 @@ def test_lines_have_their_own_columns(write: Write) -> None:
     assert list(found["name"]) == ["L1", "L2"]
 
 
-def test_an_azimuth_must_be_told(write: Write) -> None:
+def test_ambiguous_azimuth_must_be_declared(write: Write) -> None:
     path = write("azimuth,dip\n120,45\n")
     with refused("orientation.ambiguous-azimuth", vs.errors.UsageError):
         vs.read_orientations(path)
@@ -83,12 +83,12 @@ def test_errors_name_file_line_and_column(write: Write, text: str, code: str, li
         vs.read_orientations(path)
 
 
-def test_a_file_that_is_not_there_is_named() -> None:
+def test_missing_file_is_named() -> None:
     with refused("file.missing", file="nowhere.csv"):
         vs.read_orientations("nowhere.csv")
 
 
-def test_the_programs_own_table_comes_back_whole(command: Any, tmp_path: Path, picks: Any) -> None:
+def test_fit_table_survives_round_trip(command: Any, tmp_path: Path, picks: Any) -> None:
     path = tmp_path / "planes.csv"
     command("fit", vs.sample("picks.csv"), "--by", "pick", "-o", path)
     read, made = vs.read_orientations(path), vs.fit_planes(picks, by="pick")
@@ -100,13 +100,13 @@ def test_the_programs_own_table_comes_back_whole(command: Any, tmp_path: Path, p
             np.testing.assert_allclose(read[name], made[name], rtol=1e-9, err_msg=name)
 
 
-def test_columns_of_ones_own_are_kept(write: Write) -> None:
+def test_additional_columns_are_kept(write: Write) -> None:
     found = vs.read_orientations(write("dip_direction,dip,site,weight\n10,20,A,1.5\n30,40,B,2\n"))
     assert list(found["site"]) == ["A", "B"]
     assert found["weight"].tolist() == [1.5, 2.0]
 
 
-def test_rows_without_angles_are_dropped_and_said(write: Write) -> None:
+def test_rows_without_angles_are_dropped_with_warning(write: Write) -> None:
     path = write("dip_direction,dip\n10,20\nnan,nan\n30,40\n")
     with pytest.warns(vs.errors.VomWarning) as caught:
         found = vs.read_orientations(path)
@@ -126,14 +126,14 @@ def test_rows_without_angles_are_dropped_and_said(write: Write) -> None:
         ({"Strike": [210], "Dip": [45], "Quadrant": ["SE"]}, "quadrant"),
     ],
 )
-def test_data_frames_are_understood_as_files_are(columns: Any, named: str) -> None:
+def test_data_frames_are_interpreted_like_files(columns: Any, named: str) -> None:
     found = vs.stats(pandas.DataFrame(columns))
     assert named in found.convention
     mean = found.sets["all"].tensor.axes[0]
     assert (mean.trend_deg, mean.plunge_deg) == pytest.approx((300.0, 45.0))
 
 
-def test_a_file_its_table_and_its_arrays_say_the_same(data_dir: Path) -> None:
+def test_file_table_and_arrays_give_equal_statistics(data_dir: Path) -> None:
     path = data_dir / "planes" / "big_elk_strike_dip.txt"
     table = vs.read_orientations(path)
     arrays = (table["dip_direction_deg"], table["dip_deg"])
@@ -170,14 +170,12 @@ def test_a_file_its_table_and_its_arrays_say_the_same(data_dir: Path) -> None:
         (pandas.DataFrame({"dip_dir": [], "dip": []}), "argument.empty", {"field": "table"}),
     ],
 )
-def test_values_that_are_not_orientations_are_refused(
-    given: Any, code: str, values: dict[str, Any]
-) -> None:
+def test_invalid_orientations_are_refused(given: Any, code: str, values: dict[str, Any]) -> None:
     with refused(code, **values):
         vs.stats(given)
 
 
-def test_radians_are_noticed() -> None:
+def test_values_in_radians_give_warning() -> None:
     chance = np.random.default_rng(4)
     direction, dip = chance.uniform(0, 2 * np.pi, 30), chance.uniform(0.1, np.pi / 2, 30)
     with warned("compass.radians"):
@@ -188,7 +186,7 @@ def test_radians_are_noticed() -> None:
 
 
 @pytest.mark.parametrize("text", SAME_PLANE.values(), ids=SAME_PLANE)
-def test_what_was_read_goes_into_the_statistics(write: Write, text: str) -> None:
+def test_table_read_from_file_is_accepted_by_statistics(write: Write, text: str) -> None:
     """The file's own columns, which follow ours, do not claim the same angles once more."""
     path = write(text)
     read = vs.read_orientations(path)
@@ -199,7 +197,7 @@ def test_what_was_read_goes_into_the_statistics(write: Write, text: str) -> None
 
 
 @pytest.mark.parametrize("word", ["1", "x", "Yes", "overturned", "ja", "T"])
-def test_overturned_in_the_words_of_other_tables(word: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_overturned_column_accepts_common_words(word: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
     path = tmp_path / "beds.csv"
     path.write_text(f"dip direction,dip,Inverted\n90,45,{word}\n90,30,no\n90,20,\n")
     read = vs.read_orientations(path)

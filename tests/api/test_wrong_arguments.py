@@ -357,7 +357,7 @@ def answer(case: Case, argument: str, value: Any) -> vs.errors.VomError | None:
     return None
 
 
-def test_all_that_is_public_is_tried() -> None:
+def test_every_public_function_and_method_is_covered() -> None:
     tried = {name.split(" ")[0] for name in NAMES}
     functions = {n for n in vs.__all__ if inspect.isfunction(getattr(vs, n))}
     assert functions <= tried
@@ -369,7 +369,7 @@ def test_all_that_is_public_is_tried() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_what_cannot_be_is_refused_by_name(name: str, cases: dict[str, Case]) -> None:
+def test_impossible_values_are_refused_by_argument_name(name: str, cases: dict[str, Case]) -> None:
     case = cases[name]
     for argument in arguments(case):
         for what, value in NEVER.items():
@@ -384,7 +384,7 @@ def test_what_cannot_be_is_refused_by_name(name: str, cases: dict[str, Case]) ->
 @pytest.mark.full
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_what_can_seldom_be_gives_a_result_or_a_sentence(name: str, cases: dict[str, Case]) -> None:
+def test_unusual_values_give_result_or_sentence(name: str, cases: dict[str, Case]) -> None:
     case = cases[name]
     for argument in arguments(case):
         for value in SELDOM.values():
@@ -407,14 +407,14 @@ def test_what_can_seldom_be_gives_a_result_or_a_sentence(name: str, cases: dict[
         lambda folder: vs.stats(folder / "none.csv"),
     ],
 )
-def test_what_a_script_can_mend_is_an_input_error_whatever_its_kind(
+def test_user_correctable_errors_are_input_errors(
     call: Callable[[Path], Any], tmp_path: Path
 ) -> None:
     with pytest.raises(vs.errors.InputError):
         call(tmp_path)
 
 
-def test_only_a_stop_and_a_fault_of_the_program_are_no_input_errors() -> None:
+def test_only_cancellation_and_internal_errors_are_not_input_errors() -> None:
     kinds = vars(vs.errors).values()
     expected = {k for k in kinds if isinstance(k, type) and issubclass(k, vs.errors.VomError)}
     others = {k for k in expected if not issubclass(k, vs.errors.InputError)}

@@ -62,7 +62,7 @@ def formats_the_error(node: ast.AST) -> bool:
     )
 
 
-def test_no_other_code_joins_an_attitude_and_its_error() -> None:
+def test_only_format_attitude_joins_attitude_and_error() -> None:
     found = []
     for path in sorted(FOLDER.rglob("*.py")):
         name = path.relative_to(FOLDER).as_posix()
@@ -89,7 +89,7 @@ def test_no_other_code_joins_an_attitude_and_its_error() -> None:
         'text_tables.number(row["total95_deg"], 2)',
     ],
 )
-def test_the_test_finds_them(text: str) -> None:
+def test_joined_attitudes_and_errors_are_detected(text: str) -> None:
     tree = ast.parse(text)
     assert any(map(ATTITUDE_AND_ERROR.search, texts_in(tree))) or any(
         map(formats_the_error, ast.walk(tree))
@@ -107,12 +107,12 @@ def test_the_test_finds_them(text: str) -> None:
         (None, "318/39", "052/07"),
     ],
 )
-def test_digits_follow_the_error(error: float | None, plane: str, line: str) -> None:
+def test_number_of_decimals_depends_on_error(error: float | None, plane: str, line: str) -> None:
     assert format_attitude(Plane(318.24, 38.94), error) == plane
     assert format_attitude(Line(52.06, 7.27), error) == line
 
 
-def test_no_digit_is_finer_than_the_error_by_more_than_a_place() -> None:
+def test_attitude_has_at_most_one_decimal_more_than_error() -> None:
     for error in (0.011, 0.0994, 0.0996, 0.2, 0.94, 0.994, 0.996, 1.0, 9.94, 9.96, 44.0):
         attitude, stated = format_attitude(Plane(0.0, 45.0), error).split(" ± ")
         decimals = len(attitude.partition("/")[2].partition(".")[2])
@@ -120,7 +120,7 @@ def test_no_digit_is_finer_than_the_error_by_more_than_a_place() -> None:
         assert float(stated.removesuffix("°")) == pytest.approx(error, rel=0.06, abs=0.006)
 
 
-def test_a_measurement_is_written_so() -> None:
+def test_measurement_attitude_is_formatted() -> None:
     measured = Measurement(
         points=[],
         resolution_m=None,

@@ -53,7 +53,9 @@ def interpreter(tmp_path: Path) -> Path:
     return folder / name
 
 
-def test_the_worker_of_a_bundle_ignores_other_pythons(interpreter: Path, tmp_path: Path) -> None:
+def test_worker_of_bundle_ignores_other_python_installations(
+    interpreter: Path, tmp_path: Path
+) -> None:
     """A worker starts from the bundle alone, whatever variables another Python has set."""
     poison = tmp_path / "poison"
     poison.mkdir()
@@ -177,7 +179,7 @@ def test_an_image_is_unpacked_once_and_starts(image: Path, commands: Path, tmp_p
     assert second.stderr == ""
 
 
-def test_an_image_that_cannot_be_opened_names_the_packages(
+def test_image_that_cannot_be_unpacked_names_required_packages(
     image: Path, commands: Path, tmp_path: Path
 ) -> None:
     done = run(image, PATH=str(commands), XDG_CACHE_HOME=str(tmp_path / "cache"))
@@ -219,7 +221,7 @@ def modules(folder: Path) -> set[str]:
     return {path.stem for path in folder.glob("*.py")}
 
 
-def test_distributions_that_nothing_leads_to_are_removed(tmp_path: Path) -> None:
+def test_unused_distributions_are_removed(tmp_path: Path) -> None:
     install(tmp_path, "direct", "indirect", "other; extra == 'more'", "never; python_version < '3'")
     install(tmp_path, "indirect", "direct")
     install(tmp_path, "other")
@@ -242,7 +244,7 @@ def test_a_requirement_that_is_not_installed_stops_the_build(tmp_path: Path) -> 
         bundling("pruning").remove_unused_distributions(tmp_path, ["direct"])
 
 
-def test_rules_leave_the_files_of_the_program() -> None:
+def test_pruning_rules_do_not_match_program_files() -> None:
     """Rules for packages match no file of the program but its types for checkers."""
     rules = bundling("pruning").SITE_PACKAGES
     for folder in ("vomstudio", "resources", "docs"):
@@ -251,7 +253,7 @@ def test_rules_leave_the_files_of_the_program() -> None:
             assert matches <= {"__init__.pyi", "py.typed"}, rule.reason
 
 
-def test_modules_are_found_however_they_are_imported(tmp_path: Path) -> None:
+def test_imported_modules_are_found_in_every_import_form(tmp_path: Path) -> None:
     (tmp_path / "one.py").write_text(
         "def late():\n"
         "    from vtkmodules.vtkCommonCore import vtkObject\n"
@@ -263,13 +265,13 @@ def test_modules_are_found_however_they_are_imported(tmp_path: Path) -> None:
     assert found == {"vtkCommonCore", "vtkFiltersCore", "vtkRenderingCore", "util"}
 
 
-def test_the_package_depends_on_what_the_program_needs_alone() -> None:
+def test_debian_package_depends_on_runtime_packages_only() -> None:
     packages = set(bundling("debian").run_packages(PACKAGING / "system_packages.txt"))
     assert {"libgl1", "libxcb-cursor0"} <= packages
     assert not packages & {"xvfb", "xauth", "#"}
 
 
-def test_the_copyright_file_keeps_its_fields() -> None:
+def test_debian_copyright_file_is_indented_correctly() -> None:
     text = bundling("licences").debian_copyright("First.\n\nSecond:\n  part 1: MIT\n")
     body = text.split("License: GPL-3\n")[1]
     assert all(line.startswith(" ") for line in body.splitlines())

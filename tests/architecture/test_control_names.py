@@ -45,7 +45,7 @@ def test_every_control_that_a_page_names_is_in_the_window(page: str) -> None:
     assert [name for name in names if not is_in_program(name)] == []
 
 
-def test_the_pages_name_controls_and_a_wrong_name_is_noticed() -> None:
+def test_control_names_are_extracted_and_unknown_ones_detected() -> None:
     pages = [(ROOT / "docs" / f"{page}.md").read_text("utf-8") for page in PAGES]
     assert sum(len(control_names(page)) for page in pages) > 50
     assert control_names("Choose *Take plane*, *Results > Report* or **Fit**.") == [

@@ -29,7 +29,7 @@ INTERFACE = [name for name in vs.__all__ if inspect.isfunction(getattr(vs, name)
 
 
 @pytest.mark.parametrize("name", INTERFACE)
-def test_functions_of_the_interface_have_all_sections(name: str) -> None:
+def test_public_functions_have_all_docstring_sections(name: str) -> None:
     function = _parsed(textwrap.dedent(inspect.getsource(inspect.unwrap(getattr(vs, name)))))
     assert missing_sections(function) == []
     assert parameter_errors(function) == []

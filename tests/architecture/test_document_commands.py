@@ -194,6 +194,6 @@ def run_python(checkout: Checkout, page: str, blocks: list[Block]) -> None:
         assert expected in printed
 
 
-def test_blocks_are_found_in_their_order_and_lists_are_no_code() -> None:
+def test_code_blocks_are_found_in_order_and_lists_are_ignored() -> None:
     page = "# T\n\n    one\n    two\n\n- item\n\n    of the item\n\ntext\n\n```python\nx = 1\n```\n"
     assert blocks_of(page) == [Block("sh", 3, "one\ntwo"), Block("python", 13, "x = 1")]

@@ -39,7 +39,7 @@ each_document = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: 
 
 # --- modules and files ----------------------------------------------------------------------------
 @each_document
-def test_every_path_that_a_document_names_is_there(document: Path) -> None:
+def test_every_path_in_documents_exists(document: Path) -> None:
     text = document.read_text("utf-8")
     examples = {name for name, _ in NEW.findall(text)}
     missing = [
@@ -51,7 +51,7 @@ def test_every_path_that_a_document_names_is_there(document: Path) -> None:
 
 
 @each_document
-def test_every_module_that_a_document_names_is_there(document: Path) -> None:
+def test_every_module_in_documents_exists(document: Path) -> None:
     missing = [name for name in DOTTED.findall(document.read_text("utf-8")) if not _is_there(name)]
     assert missing == []
 
@@ -83,7 +83,7 @@ def _defined(module: Path) -> set[str]:
     return found
 
 
-def test_every_step_of_the_walks_names_a_function_of_its_module() -> None:
+def test_every_step_of_architecture_walkthroughs_names_existing_function() -> None:
     page = (DOCS / "architecture.md").read_text("utf-8")
     steps = re.findall(r"\| `(vomstudio/[\w/]+\.py)` \| `([\w.]+)`", page)
     assert len(steps) >= 40
@@ -92,7 +92,7 @@ def test_every_step_of_the_walks_names_a_function_of_its_module() -> None:
 
 # --- links and pictures ---------------------------------------------------------------------------
 @each_document
-def test_every_link_leads_somewhere(document: Path) -> None:
+def test_every_link_resolves(document: Path) -> None:
     text = CODE.sub("", document.read_text("utf-8"))
     broken = []
     for target in LINK.findall(text):
@@ -110,7 +110,7 @@ def _anchors(page: Path) -> set[str]:
     return {anchor(heading.replace("`", "")) for heading in headings}
 
 
-def test_links_between_pages_stay_in_their_folder() -> None:
+def test_links_between_pages_stay_in_docs_folder() -> None:
     """Help has no other file, nor has the site."""
     outside = [
         (page.name, target)
@@ -132,7 +132,7 @@ def test_pictures_are_small_and_all_of_them_are_shown() -> None:
     assert [p.name for p in kept if p.stat().st_size > LARGEST_PICTURE_BYTES] == []
 
 
-def test_every_picture_says_in_words_what_it_shows() -> None:
+def test_every_picture_has_alt_text() -> None:
     silent = [
         document.name
         for document in DOCUMENTS
@@ -142,7 +142,7 @@ def test_every_picture_says_in_words_what_it_shows() -> None:
     assert silent == []
 
 
-def test_the_picture_of_the_layers_is_that_of_the_contracts() -> None:
+def test_layer_picture_matches_import_contracts() -> None:
     kept = (DOCS / "pictures" / "layers.svg").read_text("utf-8")
     assert kept == maker("layers").drawn(), "run packaging/make_pictures --only layers"
 
@@ -173,13 +173,13 @@ def _inner(parser: argparse.ArgumentParser) -> list[tuple[str, argparse.Argument
 SHARED = {"--json", "--progress", "--quiet", "-q", "--verbose", "-v", "--help", "-h"}
 
 
-def test_the_page_of_the_command_line_names_every_command_and_no_other() -> None:
+def test_cli_page_documents_exactly_the_existing_commands() -> None:
     assert [name for name in _sections() if " " not in name] == list(COMMANDS)
     assert set(_sections()) == {name for name, _ in _commands()}
 
 
 @pytest.mark.parametrize("command", [name for name, _ in _commands()])
-def test_the_page_names_every_option_of_a_command_and_no_other(command: str) -> None:
+def test_cli_page_documents_exactly_the_options_of_a_command(command: str) -> None:
     parser = dict(_commands())[command]
     documented, options = _documented(command), _options(parser) - SHARED
     if command == "project accept":
@@ -231,14 +231,14 @@ def test_the_page_lists_the_columns_of_the_orientation_table_in_their_order() ->
     assert tuple(re.findall(r"`(\w+)`", listed.group(1))) == COLUMNS
 
 
-def test_the_page_of_projects_names_the_schema_of_today() -> None:
+def test_projects_page_states_current_schema_version() -> None:
     from vomstudio.project.journal.migration import SCHEMA_VERSION
 
     page = " ".join((ROOT / "docs" / "projects.md").read_text(encoding="utf-8").split())
     assert f"(schema {SCHEMA_VERSION})" in page
 
 
-def test_the_page_lists_every_finding() -> None:
+def test_findings_page_is_up_to_date() -> None:
     """``python -m tests.architecture.finding_codes`` writes the table."""
     page = finding_codes.PAGE.read_text("utf-8")
     assert finding_codes.renewed(page) == page

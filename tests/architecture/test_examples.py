@@ -143,7 +143,7 @@ def in_the_copy(program: Path, *words: str) -> str:
     return done.stdout
 
 
-def test_the_page_has_an_example_of_each_thing_that_can_be_added() -> None:
+def test_page_has_an_example_of_each_extension_point() -> None:
     page = PAGE.read_text("utf-8")
     folders = {Path(name).parent.as_posix() for name, _ in NEW.findall(page)}
     assert folders == {
@@ -158,7 +158,7 @@ def test_the_page_has_an_example_of_each_thing_that_can_be_added() -> None:
 
 
 @pytest.mark.full
-def test_reader_kind_and_tool_work(program: Path, tmp_path: Path) -> None:
+def test_example_reader_feature_kind_and_tool_work(program: Path, tmp_path: Path) -> None:
     result = json.loads(in_the_copy(program, "-c", USED, str(tmp_path)))
     assert result["vertices"] == [[0, 0, 0], [2, 0, 0], [0, 3, 0]]
     assert result["faces"] == [[0, 1, 2]]
@@ -178,7 +178,7 @@ def test_the_command_prints_poles(program: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_the_panel_and_the_command_of_the_window_are_in_the_window(program: Path) -> None:
+def test_example_panel_and_action_appear_in_window(program: Path) -> None:
     """A window of the copy, with the dock of the tool and the entry of the menu."""
     shown = in_the_copy(
         program,

@@ -64,7 +64,7 @@ def test_import_contracts_hold() -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_everything_under_the_window_imports_without_qt_or_vtk() -> None:
+def test_modules_below_ui_import_without_qt_or_vtk() -> None:
     modules = [module for name in UNDER_THE_WINDOW for module in modules_of(name)]
     loaded = loaded_after("\n".join(f"import {module}" for module in modules))
     assert not loaded & set(QT_AND_VTK)
@@ -76,13 +76,13 @@ def test_starting_loads_nothing_slow(module: str) -> None:
     assert not loaded & set(QT_AND_VTK + SLOW_TO_IMPORT)
 
 
-def test_laspy_is_imported_without_its_http_client_which_others_may_import() -> None:
+def test_laspy_import_does_not_load_requests() -> None:
     statements = "from vomstudio.io.models.las_library import import_laspy as f; assert f() is f()"
     assert "requests" not in loaded_after(statements)
     assert "requests" in loaded_after(f"{statements}; import requests")
 
 
-def test_the_window_starts_without_kernels_and_other_slow_things() -> None:
+def test_window_imports_no_numerical_libraries() -> None:
     """But for the net, which draws with matplotlib and comes after the first frame."""
     modules = [m for m in modules_of("ui") if not m.endswith((".stereonet_panel", ".net.canvas"))]
     loaded = loaded_after("\n".join(f"import {module}" for module in modules))
@@ -91,7 +91,7 @@ def test_the_window_starts_without_kernels_and_other_slow_things() -> None:
 
 
 @pytest.mark.full
-def test_benchmarks_can_be_started() -> None:
+def test_benchmarks_can_be_imported() -> None:
     """No test runs them, so that nothing else notices when what they stand on moves."""
     files = sorted((ROOT / "tests" / "benchmarks").glob("bench_*.py"))
     assert files

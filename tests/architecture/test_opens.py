@@ -8,19 +8,19 @@ from tests.architecture import opens
 from tests.architecture.opens import PACKAGE, ROOT
 
 
-def test_nobody_opens_a_file_without_asking_what_it_is() -> None:
+def test_files_are_opened_only_after_checking_their_type() -> None:
     found = list(opens.unasked())
     assert not found, "\n" + "\n".join(found)
 
 
-def test_the_allowed_are_there_and_need_it() -> None:
+def test_allowed_exceptions_exist_and_are_needed() -> None:
     for name in opens.ALLOWED:
         assert (ROOT / PACKAGE / name).exists(), name
         allowed = {k: v for k, v in opens.ALLOWED.items() if k != name}
         assert any(line.startswith(name) for line in opens.unasked(allowed=allowed)), name
 
 
-def test_opens_of_every_kind_are_found(tmp_path: Path) -> None:
+def test_every_kind_of_file_opening_is_detected(tmp_path: Path) -> None:
     (tmp_path / PACKAGE / "core" / "files").mkdir(parents=True)
     (tmp_path / PACKAGE / opens.HOUSE).write_text("def open_regular(path): return open(path)")
     lines = [

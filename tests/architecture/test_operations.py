@@ -93,7 +93,7 @@ class WithNewOption(FacetOptions):
     )
 
 
-def test_a_new_option_reaches_command_copied_command_job_notes_python_and_table() -> None:
+def test_new_option_reaches_every_interface() -> None:
     parser = Parser(prog="facets")
     add_options(parser, WithNewOption)
     assert "--max-facets N" in parser.format_help()
@@ -110,14 +110,14 @@ def test_a_new_option_reaches_command_copied_command_job_notes_python_and_table(
     assert row in tables._with_rows(page, declarations(WithNewOption))
 
 
-def test_all_options_check_their_values_as_their_base_does() -> None:
+def test_all_option_classes_derive_from_options() -> None:
     stated = [each for one in OPERATIONS for each in (*one.options, *one.command_options)]
     for options in (*stated, *ACTION_OPTIONS.values()):
         assert issubclass(options, Options), options
 
 
 @each_operation
-def test_each_door_exists_or_its_absence_has_a_reason(operation: Operation) -> None:
+def test_each_interface_exists_or_its_absence_has_a_reason(operation: Operation) -> None:
     doors = {
         "command": operation.command_name in COMMANDS,
         "function": bool(operation.function) and operation.function in vs.__all__,

@@ -42,14 +42,14 @@ def test_third_party_lists_the_packages_of_the_lock_file_each_with_a_licence() -
     assert [row for row in rows if row[1].startswith(("Copyright", "UNKNOWN"))] == []
 
 
-def test_third_party_states_the_licence_of_bundles_while_their_wheels_contain_the_gpl() -> None:
+def test_third_party_states_gpl_licence_of_bundles() -> None:
     text = (ROOT / "THIRD_PARTY.md").read_text("utf-8")
     bundles = text[text.index("## Binary bundles") : text.index("## Packages")]
     assert {"pycolmap", "pyceres"} <= locked_names()
     assert all(word in bundles for word in ("pycolmap", "pyceres", "SuiteSparse", "GPL, version 3"))
 
 
-def test_the_citation_is_of_this_version_under_this_licence() -> None:
+def test_citation_has_current_version_and_licence() -> None:
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     assert citation["cff-version"] == "1.2.0"
@@ -59,7 +59,7 @@ def test_the_citation_is_of_this_version_under_this_licence() -> None:
     assert citation["title"].startswith("VOM Studio")
 
 
-def test_forms_and_hooks_are_valid_and_name_a_field_once() -> None:
+def test_issue_forms_and_hooks_are_valid() -> None:
     forms = sorted((ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.yml"))
     assert len(forms) == 3
     for path in forms:
@@ -96,7 +96,7 @@ def metadata(tmp_path_factory: pytest.TempPathFactory) -> PathDistribution:
     return PathDistribution(folder / done.stdout.splitlines()[-1])
 
 
-def test_the_package_index_gets_authors_keywords_and_kinds(metadata: PathDistribution) -> None:
+def test_package_metadata_has_author_keywords_and_classifiers(metadata: PathDistribution) -> None:
     fields = metadata.metadata
     assert "The VOM Studio developers" in (fields["Author"] or fields["Author-Email"])
     assert fields["License-Expression"] == "BSD-3-Clause"
@@ -105,7 +105,7 @@ def test_the_package_index_gets_authors_keywords_and_kinds(metadata: PathDistrib
     assert set(fields.get_all("License-File")) == {"LICENSE", "THIRD_PARTY.md"}
 
 
-def test_the_description_of_the_package_index_has_no_link_that_leads_nowhere_there(
+def test_package_description_has_only_absolute_links(
     metadata: PathDistribution,
 ) -> None:
     text = metadata.metadata.get_payload() or metadata.metadata["Description"]

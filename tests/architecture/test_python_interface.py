@@ -36,7 +36,7 @@ def test_the_import_is_quick_and_loads_nothing_heavy() -> None:
     assert not HEAVY & set(loaded)
 
 
-def test_naming_everything_loads_neither_qt_nor_a_drawing_library() -> None:
+def test_accessing_all_public_names_loads_neither_qt_nor_drawing_library() -> None:
     code = (
         "import vomstudio as vs, sys\n[getattr(vs, name) for name in vs.__all__]\n"
         "print(*{m.partition('.')[0] for m in sys.modules})"
@@ -52,7 +52,7 @@ def test_fitting_a_plane_needs_no_drawing_library() -> None:
     assert not HEAVY & set(said_by(code).split())
 
 
-def test_everything_that_is_offered_is_there_and_is_completed() -> None:
+def test_all_public_names_exist_and_appear_in_dir() -> None:
     assert set(vs.__all__) <= set(dir(vs))
     for name in vs.__all__:
         assert getattr(vs, name) is not None
@@ -61,7 +61,7 @@ def test_everything_that_is_offered_is_there_and_is_completed() -> None:
         vs.reed  # noqa: B018 - asking for it is the test
 
 
-def test_editors_are_told_of_the_same_names_from_the_same_places() -> None:
+def test_stub_declares_the_same_names_from_the_same_modules() -> None:
     stub = ast.parse((ROOT / "vomstudio" / "__init__.pyi").read_text())
     told = {
         alias.name: node.module
@@ -110,11 +110,11 @@ def test_public_signatures_declare_their_types() -> None:
         ("rose", "Axes"),
     ],
 )
-def test_tables_and_figures_are_declared_as_such(name: str, result: str) -> None:
+def test_tables_and_axes_are_declared_as_return_types(name: str, result: str) -> None:
     assert getattr(vs, name).__annotations__["return"] == result
 
 
-def test_nothing_of_the_program_imports_the_root() -> None:
+def test_no_module_of_program_imports_the_root_package() -> None:
     """But for what lies beside it, which it does not name."""
     for path in (ROOT / "vomstudio").rglob("*.py"):
         text = path.read_text(encoding="utf-8")

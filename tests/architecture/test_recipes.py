@@ -11,7 +11,7 @@ from vomstudio.cli.common.entry import build_parser
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "recipes.md"
 
 
-def test_every_command_of_the_recipes_is_understood() -> None:
+def test_every_command_in_recipes_is_valid() -> None:
     blocks = blocks_of(PAGE.read_text("utf-8"))
     commands = [
         shlex.split(line)[1:]

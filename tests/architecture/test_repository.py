@@ -72,7 +72,7 @@ def test_no_file_names_a_package_registry(texts: dict[str, str]) -> None:
     assert not guilty
 
 
-def test_no_file_names_a_path_of_somebodys_machine(texts: dict[str, str]) -> None:
+def test_no_file_contains_private_paths(texts: dict[str, str]) -> None:
     guilty = [
         f"{name}:{number}: {line.strip()[:120]}"
         for name, text in texts.items()
@@ -103,19 +103,19 @@ def test_the_lock_files_satisfy_every_declared_dependency(locks: tuple[Path, ...
             )
 
 
-def test_tests_run_with_the_versions_that_users_get() -> None:
+def test_tests_use_same_versions_as_users() -> None:
     versions = {r.name: r.specifier for r in locked(RUN_LOCK)}
     others = [r for r in locked(TEST_LOCK) if versions.get(r.name, r.specifier) != r.specifier]
     assert others == []
 
 
-def test_the_program_is_installed_without_the_packages_of_the_tests() -> None:
+def test_program_lock_file_excludes_test_packages() -> None:
     names = {requirement.name for requirement in locked(RUN_LOCK)}
     assert names.isdisjoint({"pytest", "mypy", "ruff", "hypothesis", "ipykernel"})
 
 
 @pytest.mark.parametrize("lock", [RUN_LOCK, TEST_LOCK], ids=["run", "test"])
-def test_the_lock_file_holds_hashes_and_no_address(lock: Path) -> None:
+def test_lock_file_contains_hashes_and_no_urls(lock: Path) -> None:
     text = lock.read_text("utf-8")
     entries = text.replace("\\\n", " ").splitlines()
     assert entries
@@ -125,12 +125,12 @@ def test_the_lock_file_holds_hashes_and_no_address(lock: Path) -> None:
 
 
 @pytest.mark.parametrize("script", SCRIPTS)
-def test_scripts_are_executable_and_sound(script: str) -> None:
+def test_scripts_are_executable_and_valid(script: str) -> None:
     subprocess.run(["bash", "-n", ROOT / script], check=True)
     assert git("ls-files", "-s", script).startswith("100755")
 
 
-def test_every_system_package_says_who_needs_it_and_why() -> None:
+def test_every_system_package_states_its_use_and_reason() -> None:
     lines = (ROOT / "packaging" / "system_packages.txt").read_text("utf-8").splitlines()
     rows = [line.split(maxsplit=3) for line in lines if line and not line.startswith("#")]
     assert rows

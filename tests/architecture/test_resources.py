@@ -35,12 +35,12 @@ def upward_normal(dip_direction_deg: float, dip_deg: float) -> np.ndarray:
     return np.array([np.sin(a) * np.sin(d), np.cos(a) * np.sin(d), np.cos(d)])
 
 
-def test_a_missing_resource_is_an_error_that_names_it() -> None:
+def test_missing_resource_raises_error_with_its_name() -> None:
     with pytest.raises(InputError, match=r"missing\.txt"):
         resource("missing.txt")
 
 
-def test_the_picks_lie_in_the_planes_that_the_truth_table_states() -> None:
+def test_picks_lie_on_planes_of_truth_table() -> None:
     traces = picks()
     assert len(traces) == 8
     for row in rows("truth.csv"):

@@ -67,7 +67,7 @@ def test_every_true_bed_and_the_fault_contain_the_axis() -> None:
     assert np.allclose(truth.axis.vector(), truth.intersection.vector())
 
 
-def test_the_slip_is_at_right_angles_to_the_axis_and_offsets_the_beds_by_what_is_stated() -> None:
+def test_slip_is_perpendicular_to_axis_and_offsets_beds_by_stated_amount() -> None:
     geology = maker("geology")
     slip = geology.FAULT_UP[0] * geology.ACROSS + geology.FAULT_UP[1] * geology.RISING
     assert abs(slip @ geology.AXIS) < 1e-12

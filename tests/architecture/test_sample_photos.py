@@ -53,7 +53,7 @@ def test_marks_are_projections_with_the_stated_noise(photos: PhotoViews) -> None
     assert np.abs(off_by.mean(axis=0)).max() < 4 * 0.3 / np.sqrt(len(off_by))
 
 
-def test_the_targets_are_in_the_pictures_where_the_truth_has_them(photos: PhotoViews) -> None:
+def test_targets_appear_in_photos_at_true_positions(photos: PhotoViews) -> None:
     import cv2
 
     off = []
@@ -87,14 +87,14 @@ def test_every_target_is_marked_in_three_photos_and_some_are_for_checking() -> N
     assert uses.count("check") >= 3
 
 
-def test_control_points_are_off_by_what_they_state() -> None:
+def test_control_point_errors_match_stated_sigma() -> None:
     given = places(sample_control())
     off = np.array([given[label] - TRUE[label] for label in TRUE])
     (sigma,) = {float(row["sigma"]) for row in rows(sample_control())}
     assert 0.6 * sigma < off.std() < 1.5 * sigma
 
 
-def test_the_receiver_is_off_by_what_it_states(photos: PhotoViews) -> None:
+def test_gps_errors_match_stated_accuracy(photos: PhotoViews) -> None:
     from pyproj import Transformer
 
     from vomstudio.io.photos.reading import read_photos
@@ -115,7 +115,7 @@ def test_the_receiver_is_off_by_what_it_states(photos: PhotoViews) -> None:
     assert 1.8 < np.std(off) < 4.2
 
 
-def test_neighbours_overlap_and_two_rows_look_from_two_heights(photos: PhotoViews) -> None:
+def test_neighbouring_photos_overlap_and_rows_have_two_heights(photos: PhotoViews) -> None:
     centres = np.array([view.centre for view in photos.views])
     assert np.ptp(centres[:, 2]) > 6.0
     u, v = np.meshgrid(np.linspace(60, 1440, 24), np.linspace(60, 940, 16))

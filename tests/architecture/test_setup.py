@@ -66,14 +66,14 @@ def test_an_interrupted_installation_is_not_taken_for_finished(project: Path) ->
 
 
 @pytest.mark.parametrize("lock", ["requirements.lock", "requirements_test.lock"])
-def test_packages_of_the_tests_are_installed_for_the_tests_alone(project: Path, lock: str) -> None:
+def test_test_packages_are_installed_only_for_tests(project: Path, lock: str) -> None:
     with (project / "packaging" / lock).open("a") as lines:
         lines.write("something==1.0\n")
     assert is_installed(project, "run") == (lock == "requirements_test.lock")
     assert not is_installed(project, "test")
 
 
-def test_a_changed_lock_file_asks_for_an_installation_into_the_same_environment(
+def test_changed_lock_file_requires_reinstallation_into_same_environment(
     project: Path,
 ) -> None:
     with (project / "packaging" / "requirements.lock").open("a") as lock:
@@ -82,13 +82,13 @@ def test_a_changed_lock_file_asks_for_an_installation_into_the_same_environment(
     assert bash(project, "environment_is_usable").returncode == 0
 
 
-def test_a_moved_project_makes_its_environment_anew(project: Path) -> None:
+def test_moved_project_recreates_its_environment(project: Path) -> None:
     moved = project.rename(project.with_name("moved"))
     assert not is_installed(moved)
     assert bash(moved, "environment_is_usable").returncode != 0
 
 
-def test_an_environment_whose_python_is_gone_is_made_anew(project: Path) -> None:
+def test_environment_without_python_is_recreated(project: Path) -> None:
     (project / ".venv" / "bin" / "python").unlink()
     assert not is_installed(project)
     assert bash(project, "environment_is_usable").returncode != 0
@@ -223,7 +223,7 @@ def sentence_of(done: subprocess.CompletedProcess[str]) -> str:
 
 
 @pytest.mark.full
-def test_without_network_the_connection_is_named(environment: Environment) -> None:
+def test_missing_network_is_reported(environment: Environment) -> None:
     lock = environment.lock(wheel(environment.wheels, "needed"))
     done = environment.install(
         lock,
@@ -239,13 +239,13 @@ def test_without_network_the_connection_is_named(environment: Environment) -> No
     assert environment.install(lock).returncode == 0
 
 
-def test_a_wrong_checksum_is_named(environment: Environment) -> None:
+def test_wrong_checksum_is_reported(environment: Environment) -> None:
     lock = environment.lock(wheel(environment.wheels, "changed"))
     wheel(environment.wheels, "changed", 101)
     assert "checksum" in sentence_of(environment.install(lock))
 
 
-def test_a_package_without_a_fitting_file_names_the_python(environment: Environment) -> None:
+def test_missing_wheel_error_names_python_version(environment: Environment) -> None:
     lock = environment.lock(f"missing==1.0 \\\n    --hash=sha256:{'0' * 64}\n")
     sentence = sentence_of(environment.install(lock))
     assert "missing" in sentence
@@ -253,7 +253,7 @@ def test_a_package_without_a_fitting_file_names_the_python(environment: Environm
 
 
 @pytest.mark.full
-def test_a_full_disk_is_named_and_some_space_lets_it_continue(tmp_path: Path) -> None:
+def test_full_disk_is_reported_and_installation_resumes(tmp_path: Path) -> None:
     with small_disk(tmp_path / "disk") as disk:
         environment = make_environment(disk, tmp_path / "wheels")
         small = wheel(environment.wheels, "alone")
@@ -267,13 +267,13 @@ def test_a_full_disk_is_named_and_some_space_lets_it_continue(tmp_path: Path) ->
         assert environment.install(lock).returncode == 0
 
 
-def test_too_small_a_disk_is_named_before_anything_is_downloaded(project: Path) -> None:
+def test_insufficient_disk_space_is_reported_before_download(project: Path) -> None:
     done = bash(project, "need_python() { echo python3; }; needed_mb=999999999; create_environment")
     assert done.returncode == 1
     assert "999999999 MB are needed" in done.stderr
 
 
-def test_ctrl_c_says_that_it_continues(project: Path) -> None:
+def test_ctrl_c_message_explains_that_installation_resumes(project: Path) -> None:
     """The terminal sends the signal to the script and to what it has started."""
     installer = project / "packaging" / "_install.py"
     installer.write_text("import time; print('started', flush=True); time.sleep(60)")
@@ -326,7 +326,7 @@ exec(sys.argv[2])
         ("3.12", "ensurepip", "python3.12-venv"),
     ],
 )
-def test_an_unsuitable_python_is_named(
+def test_unsuitable_python_is_reported(
     project: Path, version: str, modules: str, named: str
 ) -> None:
     fake = fake_python(project, version, modules)
@@ -339,20 +339,20 @@ def test_an_unsuitable_python_is_named(
     assert "VOMSTUDIO_PYTHON=" in sentence
 
 
-def test_a_suitable_python_is_taken(project: Path) -> None:
+def test_suitable_python_is_used(project: Path) -> None:
     fake = fake_python(project, "3.13")
     done = bash(project, f'VOMSTUDIO_PYTHON="{fake}"; need_python')
     assert done.stdout == f"{fake}\n"
 
 
-def test_without_any_python_one_sentence_says_so(project: Path) -> None:
+def test_missing_python_is_reported_in_one_sentence(project: Path) -> None:
     done = bash(project, "VOMSTUDIO_PYTHON=/nowhere/python; need_python")
     assert done.returncode == 1
     (sentence,) = done.stderr.splitlines()
     assert "/nowhere/python was not found" in sentence
 
 
-def test_without_rights_one_sentence_names_the_system_packages(project: Path) -> None:
+def test_without_root_rights_system_packages_are_listed_in_one_sentence(project: Path) -> None:
     with (project / "packaging" / "system_packages.txt").open("a") as lines:
         lines.write("nosuchlib0 libnosuchlib.so.0 run no reason\n")
         lines.write("nosuchtool nosuchtool test no reason\n")

@@ -73,7 +73,7 @@ def _imports_from_elsewhere(style: Path) -> bool:
     return any(word in text for word in ("url(http", 'url("http', "url('http", "url(//", "@import"))
 
 
-def test_every_link_and_picture_of_the_site_is_there(site: Path) -> None:
+def test_every_link_and_picture_of_site_resolves(site: Path) -> None:
     pages = {page.resolve(): Links(page) for page in html(site)}
     broken = []
     for page, links in pages.items():

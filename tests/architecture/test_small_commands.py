@@ -112,5 +112,5 @@ def test_a_command_imports_no_other_command_and_no_other_format(folder: Path) ->
     assert not formats & loaded
 
 
-def test_the_version_needs_no_numbers(folder: Path) -> None:
+def test_version_option_imports_no_numpy(folder: Path) -> None:
     assert not (HEAVY | {"numpy", "vomstudio.cli.info"}) & loaded_by(folder, "--version")

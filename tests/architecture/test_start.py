@@ -66,7 +66,7 @@ def packages_after(*modules: str) -> set[str]:
     return set(done.stdout.split())
 
 
-def test_the_empty_window_is_there_before_any_heavy_library() -> None:
+def test_empty_window_imports_no_heavy_library() -> None:
     """It stands on the screen within a second; what fills it is imported behind it."""
     packages = packages_after(
         "vomstudio.ui.shell.main_window", "vomstudio.ui.widgets.failure_notices"
@@ -76,7 +76,7 @@ def test_the_empty_window_is_there_before_any_heavy_library() -> None:
     assert "PySide6" in packages
 
 
-def test_a_window_with_its_viewport_leaves_out_the_libraries_of_the_second_view() -> None:
+def test_viewport_does_not_import_libraries_of_second_view() -> None:
     packages = packages_after(
         "vomstudio.rendering.qt.viewport",
         "vomstudio.rendering.scene.scene",
@@ -87,7 +87,7 @@ def test_a_window_with_its_viewport_leaves_out_the_libraries_of_the_second_view(
     assert not SECOND_VIEW & packages
 
 
-def test_a_window_is_filled_without_what_only_a_model_needs(own_folders: Path) -> None:
+def test_filling_window_does_not_import_modules_needed_only_for_models(own_folders: Path) -> None:
     """Its first complete picture waits for all that is imported here."""
     done = subprocess.run(
         [sys.executable, "-c", FILL],

@@ -28,12 +28,12 @@ def test_one_module_creates_threads_and_pools() -> None:
         "import _thread; _thread.start_new_thread(print, ())",
     ],
 )
-def test_every_way_to_a_thread_is_found(source: str) -> None:
+def test_every_form_of_thread_creation_is_detected(source: str) -> None:
     assert creates_threads(source)
 
 
 @pytest.mark.parametrize(
     "source", ["lock = threading.Lock()", "x: threading.Thread | None = None", "QTimer(self)"]
 )
-def test_what_is_no_thread_is_not_found(source: str) -> None:
+def test_other_threading_names_are_not_detected(source: str) -> None:
     assert not creates_threads(source)

@@ -66,20 +66,20 @@ def searches_among_children(tree: ast.AST) -> Iterator[ast.Attribute]:
             yield node
 
 
-def test_nobody_reaches_through_the_window() -> None:
+def test_no_module_reaches_through_the_window() -> None:
     steps = [(k, place(f, n)) for f in files() for n, k in steps_through_a_window(tree_of(f))]
     most, _ = max(steps)
     print(f"{len(steps)} attributes of a window or parent, {most} steps at most")
     assert [where for count, where in steps if count > MOST_STEPS] == []
 
 
-def test_nobody_looks_for_a_colleague_among_children() -> None:
+def test_no_module_searches_children_for_other_parts() -> None:
     found = [place(f, n) for f in files() for n in searches_among_children(tree_of(f))]
     print(f"{len(found)} searches among children")
     assert found == []
 
 
-def test_only_the_start_of_the_program_knows_the_main_window() -> None:
+def test_only_window_start_imports_main_window() -> None:
     guilty = [
         place(path, node)
         for path in files()
@@ -100,7 +100,7 @@ def test_only_the_start_of_the_program_knows_the_main_window() -> None:
         ("studio.project.journal.view", 0),
     ],
 )
-def test_a_reach_through_a_window_is_seen(text: str, steps: int) -> None:
+def test_access_through_window_is_detected(text: str, steps: int) -> None:
     found = [count for _, count in steps_through_a_window(ast.parse(text))]
     assert max(found, default=0) == steps
 
@@ -131,7 +131,7 @@ def test_pages_connect_no_lambdas_to_the_studio() -> None:
     assert places == []
 
 
-def test_a_lambda_on_the_studio_is_seen() -> None:
+def test_lambda_connected_to_studio_is_detected() -> None:
     source = "studio.edited.connect(lambda _: self.x())\nself._studio.a.b.connect(lambda: 1)\n"
     assert len(list(lambdas_on_the_studio(ast.parse(source)))) == 2
     assert not list(lambdas_on_the_studio(ast.parse("self.box.toggled.connect(lambda _: 1)")))

@@ -33,7 +33,7 @@ def test_plain_names_are_accepted(name: str) -> None:
     assert not is_unidiomatic(name)
 
 
-def test_names_and_docstrings_are_found_in_every_place() -> None:
+def test_names_and_docstrings_are_collected_from_all_definitions() -> None:
     source = '''"""What a module says."""
 def of_x(given): "Of a thing."
 class Told: pass
@@ -44,7 +44,7 @@ self.kept = found = 1
 
 
 @pytest.mark.full
-def test_tests_compare_codes_and_values_and_hardly_ever_sentences() -> None:
+def test_tests_rarely_assert_wording_of_messages() -> None:
     found = [
         f"{path.relative_to(ROOT)}:{line}"
         for path in sources("tests")

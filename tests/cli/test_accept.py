@@ -32,7 +32,7 @@ def project_of(run, model: Path) -> Path:
     return folder
 
 
-def test_accepted_facets_are_patches_with_the_planes_of_the_command(
+def test_accepted_facets_become_patches_with_planes_of_facets_command(
     run, cloud: Path, tmp_path: Path
 ) -> None:
     project = project_of(run, cloud)
@@ -52,7 +52,7 @@ def test_accepted_facets_are_patches_with_the_planes_of_the_command(
     assert undone["features"] == 0
 
 
-def test_options_of_the_search_and_the_quality_select(run, cloud: Path) -> None:
+def test_search_options_and_quality_filter_proposals(run, cloud: Path) -> None:
     project = project_of(run, cloud)
     words = ("project", project, "accept", "facets", "--type", "joint", "--json")
     good = run(*words, "--quality", "good").json
@@ -74,7 +74,7 @@ def test_options_of_the_search_and_the_quality_select(run, cloud: Path) -> None:
         (("facets",), "command.arguments-missing"),
     ],
 )
-def test_what_is_no_search_changes_nothing(run, cloud: Path, words: tuple[str, ...], code) -> None:
+def test_invalid_search_changes_nothing(run, cloud: Path, words: tuple[str, ...], code) -> None:
     project = project_of(run, cloud)
     failed = run("project", project, "accept", *words, "--json")
     assert (failed.code, failed.json["error"]["code"]) == (2, code)

@@ -44,7 +44,7 @@ def mesh(n: int = 30) -> Mesh:
     return Mesh(plane(0.0), faces.astype(np.int32))
 
 
-def test_tables_are_clouds(run, write: Write) -> None:
+def test_point_tables_are_read_as_clouds(run, write: Write) -> None:
     ran = run(
         "compare", write(table(plane(0.25)), "a.xyz"), write(table(plane(0.0)), "b.xyz"), "--json"
     )
@@ -61,7 +61,7 @@ def test_tables_are_clouds(run, write: Write) -> None:
     assert codes(told) == ["frame.assumed", "frame.assumed", "comparison.no-unit"]
 
 
-def test_accuracy_and_precision_stand_apart_in_words(run, write: Write) -> None:
+def test_report_separates_accuracy_and_precision(run, write: Write) -> None:
     ran = run(
         "compare",
         write(table(plane(0.25, 1, 0.01)), "a.xyz"),
@@ -78,7 +78,7 @@ def test_accuracy_and_precision_stand_apart_in_words(run, write: Write) -> None:
     assert "0.04" in ran.out.split("median): ")[1][:6]
 
 
-def test_the_field_is_written_on_the_model(run, write: Write, tmp_path: Path) -> None:
+def test_distance_field_is_written_to_model(run, write: Write, tmp_path: Path) -> None:
     bench = write(table(plane(0.0, 2, 0.005)), "b.xyz")
     model = tmp_path / "model.ply"
     raised = mesh()
@@ -112,7 +112,7 @@ def test_different_reference_systems_are_refused(run, tmp_path: Path) -> None:
     assert "UTM zone 33N" in ran.json["error"]["message"]
 
 
-def test_what_lies_elsewhere_is_refused_with_the_distance(run, write: Write) -> None:
+def test_clouds_without_overlap_are_refused(run, write: Write) -> None:
     far = plane(0.0) + [5e5, 5e6, 0.0]
     ran = run("compare", write(table(plane(0.0)), "a.xyz"), write(table(far), "b.xyz"))
     assert ran.code == 2
@@ -127,18 +127,14 @@ def test_what_lies_elsewhere_is_refused_with_the_distance(run, write: Write) -> 
         (("--registration-error", "-1"), "option.too-small"),
     ],
 )
-def test_lengths_that_are_none_are_refused(
-    run, write: Write, words: tuple[str, ...], code: str
-) -> None:
+def test_invalid_lengths_are_refused(run, write: Write, words: tuple[str, ...], code: str) -> None:
     model = write(table(plane(0.0)), "a.xyz")
     ran = run("compare", model, model, *words, "--json")
     assert ran.code == 2
     assert (ran.json["error"]["code"], ran.json["error"]["field"]) == (code, words[0])
 
 
-def test_the_error_that_a_reconstruction_states_of_itself_is_taken(
-    run, write: Write, tmp_path: Path
-) -> None:
+def test_error_stated_by_reconstruction_is_used(run, write: Write, tmp_path: Path) -> None:
     model = write(table(plane(0.0, 1, 0.01)), "a.xyz")
     write('{"registration": {"rms_check_m": 0.06, "rms_control_m": 0.01}}', "reconstruction.json")
     (tmp_path / "other").mkdir()
@@ -151,7 +147,7 @@ def test_the_error_that_a_reconstruction_states_of_itself_is_taken(
     assert any("--registration-error" in said for said in messages(told))
 
 
-def test_orientations_of_both_are_held_beside_their_errors(run, write: Write) -> None:
+def test_orientations_of_both_are_compared_with_their_errors(run, write: Write) -> None:
     clouds = write(table(plane(0.25)), "a.xyz"), write(table(plane(0.0)), "b.xyz")
     head = "name,kind,dip_direction_deg,dip_deg,x,y,z,extent_m,total95_deg\n"
     own = write(head + "B1,bedding,90,30,0,0,0,2,3\nB2,bedding,90,40,5,0,0,2,\n", "own.csv")

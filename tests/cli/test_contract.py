@@ -20,7 +20,7 @@ POINTS = "0 0 0\n9 0 0\n0 9 1\n9 9 1.1\n"
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_explains_itself(run, command: str) -> None:
+def test_every_command_has_help(run, command: str) -> None:
     ran = run(command, "--help")
     assert ran.code == 0
     assert ran.out.startswith(f"usage: vomstudio {command}")
@@ -28,7 +28,7 @@ def test_every_command_explains_itself(run, command: str) -> None:
     assert ran.err == ""
 
 
-def test_the_program_explains_itself_and_its_version(run) -> None:
+def test_program_prints_help_and_version(run) -> None:
     assert all(command in run("--help").out for command in COMMANDS)
     assert run("--version").out.startswith("VOM Studio 0.")
 
@@ -52,7 +52,7 @@ def test_the_program_explains_itself_and_its_version(run) -> None:
         3,
     ),
 )
-def test_wrong_usage_is_one_sentence_and_exit_2(
+def test_wrong_usage_gives_one_sentence_and_exit_code_2(
     run, words: list[str], code: str, field: str | None
 ) -> None:
     ran = run(*words)
@@ -66,7 +66,7 @@ def test_wrong_usage_is_one_sentence_and_exit_2(
     assert set(error) >= {"code", "file", "line", "field", "message"}
 
 
-def test_a_format_that_cannot_be_written_is_refused_with_those_that_can(run) -> None:
+def test_unsupported_output_format_is_refused_with_supported_ones(run) -> None:
     ran = run("export", "a", "--to", "doc", "-o", "b")
     assert ran.code == 2
     assert "csv" in ran.said
@@ -147,7 +147,7 @@ def test_a_missing_file_is_named(run, tmp_path: Path, command: str) -> None:
 
 
 @pytest.mark.parametrize("command", ["info", "fit", "stats", "fold", "export"])
-def test_a_folder_in_place_of_a_file_is_named(run, tmp_path: Path, command: str) -> None:
+def test_folder_given_as_file_is_named(run, tmp_path: Path, command: str) -> None:
     folder = tmp_path / "folder"
     folder.mkdir()
     extra = ["--to", "csv", "-o", tmp_path / "o.csv"] if command == "export" else []
@@ -213,7 +213,7 @@ def raises(error: BaseException):  # type: ignore[no-untyped-def]
     ],
 )
 @pytest.mark.expects_log
-def test_whatever_happens_is_one_sentence_and_a_code(
+def test_every_exception_gives_one_sentence_and_a_code(
     run,
     write,
     monkeypatch: pytest.MonkeyPatch,
@@ -232,9 +232,7 @@ def test_whatever_happens_is_one_sentence_and_a_code(
 
 
 @pytest.mark.expects_log
-def test_the_traceback_is_shown_to_whoever_asks(
-    run, write, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_traceback_is_shown_in_debug_mode(run, write, monkeypatch: pytest.MonkeyPatch) -> None:
     broken = raises(ZeroDivisionError("division by zero"))
     monkeypatch.setattr("vomstudio.io.text.tables.read_points", lambda *a: broken(*a))
     monkeypatch.setenv("VOMSTUDIO_DEBUG", "1")
@@ -262,7 +260,7 @@ def test_undefined_and_infinite_numbers_are_null_in_json() -> None:
     }
 
 
-def test_text_for_people_goes_to_stderr_beside_json(run, write) -> None:
+def test_readable_text_goes_to_stderr_with_json(run, write) -> None:
     ran = run("fit", write(POINTS), "--json")
     assert list(ran.json)[:2] == ["planes", "skipped"]
     assert "quality" in ran.err
@@ -271,7 +269,7 @@ def test_text_for_people_goes_to_stderr_beside_json(run, write) -> None:
     assert plain.err == ""
 
 
-def test_names_of_all_scripts_go_through(run, write) -> None:
+def test_unicode_names_are_supported(run, write) -> None:
     text = "x,y,z,t\n" + "".join(f"{p.replace(' ', ',')},層 é\n" for p in POINTS.splitlines())
     path = write(text, "层理 é.csv")
     assert run("fit", path, "--by", "t", "--json").json["planes"][0]["id"] == "層 é"
@@ -286,11 +284,11 @@ def test_names_of_all_scripts_go_through(run, write) -> None:
         (["fit", "a", "--method", "magic"], "--method"),
     ],
 )
-def test_a_wrong_word_is_the_field_of_the_error(run, words: list[str], field: str) -> None:
+def test_error_field_names_the_wrong_argument(run, words: list[str], field: str) -> None:
     assert run(*words, "--json").json["error"]["field"] == field
 
 
-def test_a_project_that_cannot_do_it_is_the_file_of_the_error(run, tmp_path: Path) -> None:
+def test_error_of_project_action_names_project(run, tmp_path: Path) -> None:
     with vs.Project.create(tmp_path / "empty.vom"):
         pass
     for action in ("undo", "redo", "repair"):
@@ -298,7 +296,7 @@ def test_a_project_that_cannot_do_it_is_the_file_of_the_error(run, tmp_path: Pat
         assert error["file"] == str(tmp_path / "empty.vom")
 
 
-def test_the_home_folder_may_be_written_short(
+def test_tilde_expands_to_home_folder(
     run, write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
@@ -315,7 +313,7 @@ def test_the_home_folder_may_be_written_short(
 
 
 @pytest.mark.parametrize("command", ["fit", "stats", "fold"])
-def test_stderr_is_all_json_lines_where_progress_is_wanted_so(run, write, command: str) -> None:
+def test_stderr_contains_only_json_lines_with_progress_json(run, write, command: str) -> None:
     table = write("x,y,z,strike,dip\n0,0,0,10,20\n1,0,0,40,50\n0,1,1,90,60\n0,3,1,7,7\n")
     for path in (table, table.with_name("gone.csv")):
         ran = run(command, path, "--json", "--progress", "json")
@@ -340,7 +338,7 @@ def test_stderr_is_all_json_lines_where_progress_is_wanted_so(run, write, comman
     ],
     ids=lambda words: " ".join(words[:1]),
 )
-def test_a_crs_that_cannot_be_is_said_of_its_option(
+def test_invalid_crs_error_names_crs_option(
     run, write, tmp_path: Path, words: list[str], crs: str
 ) -> None:
     with vs.Project.create(tmp_path / "p.vom") as project:
@@ -361,13 +359,15 @@ def test_a_crs_that_cannot_be_is_said_of_its_option(
     "words",
     [["--method", "PCA"], ["--method", "Regression", "--axis", "Z"], ["--profile", "TextBook"]],
 )
-def test_a_word_to_choose_may_be_in_capitals(run, write, words: list[str]) -> None:
+def test_choices_are_case_insensitive(run, write, words: list[str]) -> None:
     path = write(POINTS)
     small = [word.lower() if not word.startswith("-") else word for word in words]
     assert run("fit", path, *words, "--json").json == run("fit", path, *small, "--json").json
 
 
-def test_a_dash_is_no_output(run, write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_dash_is_refused_as_output(
+    run, write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     ran = run("fit", write(POINTS), "-o", "-", "--json")
     assert ran.code == 2

@@ -22,7 +22,7 @@ def corners(path: Path) -> list[list[float]]:
     return points.round(6).tolist()
 
 
-def test_a_conversion_is_reported_as_promised(run, write, tmp_path: Path) -> None:
+def test_conversion_result_has_documented_fields(run, write, tmp_path: Path) -> None:
     target = tmp_path / "b.glb"
     found = run("convert", write(OBJ, "a.obj"), target, "--crs", "32615", "--json").json
     assert found.keys() >= {"in", "out", "warnings"}
@@ -31,14 +31,14 @@ def test_a_conversion_is_reported_as_promised(run, write, tmp_path: Path) -> Non
     assert corners(target) == [[0, 0, 0], [1, 0, 0], [0, 1, 2]]
 
 
-def test_what_a_format_cannot_hold_is_a_warning(run, write, tmp_path: Path) -> None:
+def test_content_unsupported_by_format_gives_warning(run, write, tmp_path: Path) -> None:
     ran = run("convert", write(OBJ, "a.obj"), tmp_path / "b.laz", "--json")
     assert ran.code == 0
     assert "faces" in " ".join(messages(ran.json))
     assert "faces" in ran.err
 
 
-def test_the_up_axis_and_the_unit_are_those_of_the_input(run, write, tmp_path: Path) -> None:
+def test_up_axis_and_unit_apply_to_input(run, write, tmp_path: Path) -> None:
     lying = write(LYING, "a.obj")
     upright = [[0, 0, 0], [0.01, 0, 0], [0, 0.01, 0.02]]
     for ending in ("glb", "ply", "csv"):
@@ -47,7 +47,7 @@ def test_the_up_axis_and_the_unit_are_those_of_the_input(run, write, tmp_path: P
         assert corners(target) == upright
 
 
-def test_up_z_takes_back_the_turn_of_a_gltf(run, write, tmp_path: Path) -> None:
+def test_up_z_keeps_gltf_axes_unrotated(run, write, tmp_path: Path) -> None:
     # Upright already when it was written as if Y were up: it lies on its side.
     run("convert", write(OBJ, "a.obj"), tmp_path / "b.glb", "--up", "y")
     (tmp_path / "b.offset.txt").write_text("offset 0 0 0")
@@ -58,7 +58,7 @@ def test_up_z_takes_back_the_turn_of_a_gltf(run, write, tmp_path: Path) -> None:
     assert corners(tmp_path / "d.obj") == [[0, 0, 0], [1, 0, 0], [0, 1, 2]]
 
 
-def test_a_unit_against_the_crs_is_refused(run, write, tmp_path: Path) -> None:
+def test_unit_contradicting_crs_is_refused(run, write, tmp_path: Path) -> None:
     ran = run("convert", write(OBJ), tmp_path / "b.ply", "--crs", "32615", "--unit", "mm")
     assert ran.code == 2
     ran = run("convert", write(OBJ, "a.obj"), tmp_path / "b.ply", "--crs", "32615", "--unit", "mm")
@@ -79,7 +79,7 @@ def test_a_unit_against_the_crs_is_refused(run, write, tmp_path: Path) -> None:
         (["bad.obj", "b.ply"], "bad.obj"),
     ],
 )
-def test_what_cannot_be_converted_is_one_sentence(
+def test_impossible_conversion_is_reported_in_one_sentence(
     run, write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], said: str
 ) -> None:
     write(OBJ, "a.obj")
@@ -91,9 +91,7 @@ def test_what_cannot_be_converted_is_one_sentence(
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.obj", "bad.obj"]
 
 
-def test_the_origin_beside_the_input_is_not_replaced_by_that_of_the_output(
-    run, write, tmp_path: Path
-) -> None:
+def test_offset_file_of_input_is_not_overwritten(run, write, tmp_path: Path) -> None:
     run("convert", write(OBJ, "a.obj"), tmp_path / "b.glb")
     (tmp_path / "b.glb").rename(tmp_path / "c.glb")
     (tmp_path / "c.offset.txt").write_text("offset 5 0 0")

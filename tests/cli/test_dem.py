@@ -25,7 +25,7 @@ def table(tmp_path: Path) -> Path:
     return path
 
 
-def test_everything_promised_is_said_and_written(run, table: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+def test_dem_reports_and_writes_documented_outputs(run, table: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     out = tmp_path / "d.tif"
     ran = run(
         "dem",
@@ -75,7 +75,7 @@ def test_everything_promised_is_said_and_written(run, table: Path, tmp_path: Pat
     assert run("dem", table, "-o", out, "--json", "--force").code == 0
 
 
-def test_an_oblique_one_is_true_to_scale_in_its_own_metres(run, table, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_oblique_dem_is_true_to_scale_in_local_metres(run, table, tmp_path) -> None:  # type: ignore[no-untyped-def]
     out = tmp_path / "o.tif"
     found = run("dem", table, "-o", out, "--gsd", 0.5, "--plane", "270/26", "--json").json
     with rasterio.open(out) as file:
@@ -108,7 +108,9 @@ def test_an_oblique_one_is_true_to_scale_in_its_own_metres(run, table, tmp_path)
         (["--limit", "0.01"], "dem.no-heights", None),
     ],
 )
-def test_what_cannot_be_done_is_said(run, table, tmp_path, words, code, field) -> None:  # type: ignore[no-untyped-def]
+def test_impossible_requests_are_refused_with_code_and_field(
+    run, table, tmp_path, words, code, field
+) -> None:  # type: ignore[no-untyped-def]
     ran = run("dem", table, "-o", tmp_path / "d.tif", *words, "--json")
     assert ran.code == 2
     assert (ran.json["error"]["code"], ran.json["error"]["field"]) == (code, field)
@@ -127,7 +129,7 @@ def test_a_wall_cannot_be_seen_from_above(run, tmp_path: Path) -> None:  # type:
     assert ran.json["error"]["code"] == "option.clouds-only"
 
 
-def test_a_model_stands_as_in_its_project(run, table: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+def test_model_uses_registration_of_its_project(run, table: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     """Registered to World by points: twice as large, turned by 90 degrees, shifted."""
     import vomstudio as vs
     from vomstudio.geometry.frames import Frame

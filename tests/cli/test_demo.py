@@ -48,7 +48,7 @@ def demo(
 
 
 @pytest.mark.full
-def test_every_check_has_what_the_contract_promises(demo: tuple[Path, dict]) -> None:
+def test_every_check_has_documented_fields(demo: tuple[Path, dict]) -> None:
     _, result = demo
     assert {"checks", "files", "seconds"} <= set(result)
     for check in result["checks"]:
@@ -59,7 +59,7 @@ def test_every_check_has_what_the_contract_promises(demo: tuple[Path, dict]) -> 
 
 
 @pytest.mark.full
-def test_the_truth_is_found_and_at_most_a_few_regions_miss_it(demo: tuple[Path, dict]) -> None:
+def test_measurements_match_truth_with_few_exceptions(demo: tuple[Path, dict]) -> None:
     checks = demo[1]["checks"]
     # Some 36 regions of 95 %: more than 5 misses would come once in 100 such samples.
     assert sum(not check["within"] for check in checks) <= 5
@@ -67,7 +67,7 @@ def test_the_truth_is_found_and_at_most_a_few_regions_miss_it(demo: tuple[Path, 
         assert check["error"] < (0.15 if check["unit"] == "m" else 3.0), check["name"]
 
 
-def test_every_file_named_is_there(demo: tuple[Path, dict]) -> None:
+def test_every_listed_file_exists(demo: tuple[Path, dict]) -> None:
     folder, result = demo
     names = {Path(file).name for file in result["files"]}
     assert {"planes.csv", "layers.gpkg", "net.svg", "net.png", "summary.txt", "summary.html"} <= (
@@ -133,7 +133,7 @@ def test_every_pick_is_good_and_many_times_the_resolution_of_the_mesh(
 
 
 @pytest.mark.full
-def test_a_model_of_some_photos_is_held_against_the_outcrop(
+def test_model_from_photos_is_compared_with_outcrop(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Four of the photos, of two fifths of their size: seconds instead of minutes."""
@@ -164,7 +164,7 @@ def test_a_model_of_some_photos_is_held_against_the_outcrop(
     assert f"{1000 * found[MODEL_OFFSET]['error']:.0f} mm" in made["text"]
 
 
-def test_it_runs_again_in_its_own_folder_and_refuses_any_other(
+def test_demo_refuses_folder_with_other_files(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "thesis.txt").write_text("mine")

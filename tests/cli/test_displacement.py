@@ -22,7 +22,7 @@ def remarks(answer: dict) -> list[str]:
     return messages({"warnings": [w for w in answer["warnings"] if w["code"] != "frame.assumed"]})
 
 
-def test_piercing_points(run, write) -> None:
+def test_piercing_points_give_net_slip(run, write) -> None:
     ran = run("displacement", write(HEAD + ROWS), "--fault", "90/60", "--sigma", "0.1", "--json")
     assert ran.code == 0, ran.err
     assert (ran.json["what"], ran.json["n"]) == ("net slip", 2)
@@ -35,7 +35,7 @@ def test_piercing_points(run, write) -> None:
     assert "Net slip" in words.out
 
 
-def test_cutoffs_with_and_without_a_slip_direction(run, write) -> None:
+def test_cutoffs_give_displacement_only_with_slip_direction(run, write) -> None:
     path = write(HEAD + ROWS)
     words = ["--fault", "90/60", "--bed", "270/10", "--json"]
     slip = run("displacement", path, *words, "--rake", "90").json
@@ -51,7 +51,7 @@ def test_cutoffs_with_and_without_a_slip_direction(run, write) -> None:
     assert "net slip is unknown" in run("displacement", path, *words[:-1]).out
 
 
-def test_an_oblique_slip_goes_the_way_of_its_lineation(run, write) -> None:
+def test_oblique_slip_follows_direction_of_lineation(run, write) -> None:
     """On a fault that dips east by 45 degrees, striae of rake 30 plunge to the north-north-east:
     north by cos 30, east and down by sin 30 cos 45."""
     way = [math.sin(math.radians(30)) * math.cos(math.radians(45)), math.cos(math.radians(30))]
@@ -85,7 +85,7 @@ def test_an_oblique_slip_goes_the_way_of_its_lineation(run, write) -> None:
         ([], "command.arguments-missing", "--fault"),
     ],
 )
-def test_wrong_wishes_are_refused(
+def test_invalid_options_are_refused(
     run, write, words: list[str], code: str, field: str | None
 ) -> None:
     ran = run("displacement", write(HEAD + ROWS), *words, "--json")
@@ -93,7 +93,7 @@ def test_wrong_wishes_are_refused(
     assert (ran.code, error["code"], error["field"]) == (2, code, field)
 
 
-def test_rows_without_all_six_are_skipped_and_said(run, write) -> None:
+def test_incomplete_rows_are_skipped_and_reported(run, write) -> None:
     ran = run("displacement", write(HEAD + ROWS + "C,1,2,,4,5,6\n"), "--fault", "90/60", "--json")
     assert (ran.code, ran.json["n"]) == (0, 2)
     assert ran.json["skipped"][0]["id"] == "C"
@@ -104,7 +104,7 @@ def test_rows_without_all_six_are_skipped_and_said(run, write) -> None:
 PAIRS = "hanging_x,hanging_y,hanging_z,footwall_x,footwall_y,footwall_z\n"
 
 
-def test_a_motion_out_of_the_fault_is_told(run, write) -> None:
+def test_motion_off_fault_plane_is_reported(run, write) -> None:
     """Five metres east across a fault that dips 65 to 080: 4.46 m of them leave it."""
     table = write(PAIRS + "1005,2000,100,1000,2000,100\n")
     told = run("displacement", table, "--fault", "80/65", "--json").json
@@ -117,7 +117,7 @@ def test_a_motion_out_of_the_fault_is_told(run, write) -> None:
     assert remarks(again) == []
 
 
-def test_a_slip_out_of_the_fault_is_told(run, write) -> None:
+def test_slip_direction_off_fault_plane_is_reported(run, write) -> None:
     table = write(PAIRS + "1005,2000,100,1000,2000,100\n")
     words = ("displacement", table, "--fault", "80/65", "--bed", "330/25", "--slip")
     told = run(*words, "0/80", "--json").json
@@ -139,7 +139,7 @@ def test_a_rake_needs_a_strike(run, write) -> None:
     assert remarks(run(*words, "--fault", "110/90", "--rake", "30", "--json").json) == []
 
 
-def test_a_rake_on_a_level_plane_of_the_net_counts_from_the_typed_strike() -> None:
+def test_rake_on_horizontal_plane_is_measured_from_typed_strike() -> None:
     from vomstudio.products.net.net_options import parse_slip
 
     for direction in (0.0, 77.0, 200.0):

@@ -131,14 +131,14 @@ SVGS: dict[str, Callable[[Page], tuple[str, str]]] = {
 
 
 @pytest.mark.parametrize("name", SVGS)
-def test_lines_of_a_drawing_program_come_back(run, scene: Path, tmp_path: Path, name: str) -> None:  # type: ignore[no-untyped-def]
+def test_lines_of_svg_drawing_are_read_back(run, scene: Path, tmp_path: Path, name: str) -> None:  # type: ignore[no-untyped-def]
     size, body = SVGS[name](Page(scene))
     drawing = tmp_path / "d.svg"
     drawing.write_text(HEAD.format(size=size) + body + "</svg>")
     check(run, scene, drawing)
 
 
-def test_packed_drawings_and_those_of_illustrator(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_compressed_and_illustrator_svg_files_are_read(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     page = Page(scene)
     text = HEAD.format(size=page.size) + page.lines() + "</svg>"
     packed = tmp_path / "d.svgz"
@@ -168,7 +168,7 @@ def test_packed_drawings_and_those_of_illustrator(run, scene, tmp_path) -> None:
         assert "file.damaged" in shown_codes(ran.err)
 
 
-def test_two_pictures_that_cannot_be_told_apart_are_refused(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_drawing_with_ambiguous_images_is_refused(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     page = Page(scene)
     drawing = tmp_path / "d.svg"
     body = page.image("data:image/png;base64,AAAA", 0, 0) + page.image("b.png", 30, 10)
@@ -188,7 +188,7 @@ def test_two_pictures_that_cannot_be_told_apart_are_refused(run, scene, tmp_path
     assert "o.tif" in ran.err
 
 
-def test_round_shapes_are_those_of_the_standard(tmp_path: Path) -> None:
+def test_svg_shapes_match_the_standard(tmp_path: Path) -> None:
     """Circles, ellipses and rounded rectangles, and clones that go round in a circle."""
     path = tmp_path / "c.svg"
     path.write_text(
@@ -217,7 +217,9 @@ def saved(document: Any, tmp_path: Path, **how: Any) -> Path:
     ("unit", "factor"),
     [(4, 1.0), (1, 1.0), (0, 1.0), (4, 1000.0), (5, 100.0), (2, 1 / 0.3048), (6, 1.0)],
 )
-def test_a_drawing_in_its_own_unit_or_in_metres(run, scene, tmp_path, unit, factor) -> None:  # type: ignore[no-untyped-def]
+def test_drawing_in_declared_unit_or_metres_is_recognised(
+    run, scene, tmp_path, unit, factor
+) -> None:  # type: ignore[no-untyped-def]
     """Templates say millimetres or inches of drawings that are in metres."""
     document = ezdxf.new("R2010")
     document.header["$INSUNITS"] = unit
@@ -227,7 +229,7 @@ def test_a_drawing_in_its_own_unit_or_in_metres(run, scene, tmp_path, unit, fact
 
 
 @pytest.mark.parametrize("how", [{}, {"fmt": "bin"}], ids=["text", "binary"])
-def test_what_of_a_drawing_for_cad_is_no_line_is_left_out(run, scene, tmp_path, how) -> None:  # type: ignore[no-untyped-def]
+def test_other_cad_entities_and_hidden_layers_are_ignored(run, scene, tmp_path, how) -> None:  # type: ignore[no-untyped-def]
     document = ezdxf.new("R2010", setup=True)
     space = document.modelspace()
     for line in Page(scene).plane:
@@ -243,7 +245,7 @@ def test_what_of_a_drawing_for_cad_is_no_line_is_left_out(run, scene, tmp_path, 
     check(run, scene, saved(document, tmp_path, **how))
 
 
-def test_a_block_that_is_scaled_and_turned_and_a_mirrored_line(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_scaled_and_rotated_block_and_mirrored_line_are_read_back(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     plane = Page(scene).plane
     document = ezdxf.new("R2010")
     turn = np.radians(30)
@@ -259,7 +261,7 @@ def test_a_block_that_is_scaled_and_turned_and_a_mirrored_line(run, scene, tmp_p
 
 
 @pytest.mark.parametrize("closed", [False, True])
-def test_splines_of_fit_points_on_a_circle_run_along_it(tmp_path, closed) -> None:  # type: ignore[no-untyped-def]
+def test_splines_through_points_of_circle_follow_it(tmp_path, closed) -> None:  # type: ignore[no-untyped-def]
     """Half of one with its tangents at the ends, and a whole one that is closed."""
     angles = np.radians(np.arange(0.0, 360.0, 20.0) if closed else np.arange(0.0, 181.0, 20.0))
     circle = 5.0 * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1) + [7.0, 9.0, 0.0]
@@ -282,7 +284,7 @@ def test_splines_of_fit_points_on_a_circle_run_along_it(tmp_path, closed) -> Non
         assert np.allclose(line.points[0], line.points[-1])
 
 
-def test_splines_of_fit_points_come_back_from_an_orthophoto(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_fit_point_splines_are_read_back_from_orthophoto(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     """A straight one through the true ends lies where the line does, and one without length is
     left out with a sentence."""
     _, plane = drawn(scene)
@@ -313,7 +315,7 @@ def test_splines_of_fit_points_come_back_from_an_orthophoto(run, scene, tmp_path
         assert apart.max() < 0.05
 
 
-def test_a_binary_spline_without_control_points_is_named(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_binary_spline_without_control_points_is_reported(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     document = ezdxf.new("R2010")
     document.modelspace().add_spline(fit_points=[(0, 0, 0), (1, 1, 0), (2, 0, 0)])
     drawing = saved(document, tmp_path, fmt="bin")
@@ -349,7 +351,7 @@ def layers(path: Path, *given: tuple[str, list[Any], str | None]) -> Path:
 
 @pytest.mark.full
 @pytest.mark.parametrize("order", [1, -1])
-def test_layers_in_several_systems_are_each_in_their_own(run, scene, tmp_path, order) -> None:  # type: ignore[no-untyped-def]
+def test_each_layer_is_read_in_its_own_crs(run, scene, tmp_path, order) -> None:  # type: ignore[no-untyped-def]
     from pyproj import Transformer
 
     lines = [shapely.LineString(line[:, :2]) for line in truth()]
@@ -376,7 +378,7 @@ def test_layers_in_several_systems_are_each_in_their_own(run, scene, tmp_path, o
 
 
 @pytest.mark.full
-def test_layers_of_other_pictures_and_lines_that_are_none(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_layers_of_other_images_and_invalid_lines_are_left_out(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     plane = [shapely.LineString(line) for line in Page(scene).plane]
     _, elsewhere = drawn(scene, "other")
     systems = {}
@@ -492,7 +494,7 @@ def test_the_interpretation_of_a_roof_lies_on_the_map(run, tmp_path, plunge) -> 
 
 
 @pytest.mark.full
-def test_a_line_on_a_cloud_lies_on_the_sheet_that_the_picture_shows(run, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_line_on_point_cloud_lies_on_front_surface(run, tmp_path) -> None:  # type: ignore[no-untyped-def]
     """Points strewn at random leave gaps that the picture closes; behind them lies another wall,
     through which no point of the line may fall."""
     generator = np.random.default_rng(4)
@@ -544,7 +546,7 @@ def test_a_line_on_a_cloud_lies_on_the_sheet_that_the_picture_shows(run, tmp_pat
 
 
 @pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
-def test_lines_of_cad_are_named_after_their_layers_and_get_its_type(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_cad_lines_get_name_and_type_from_their_layers(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     import vomstudio as vs
 
     plane = Page(scene).plane

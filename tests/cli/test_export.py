@@ -36,9 +36,7 @@ def project(tmp_path: Path) -> Path:
     return folder
 
 
-def test_the_table_of_a_project_holds_its_planes_and_says_its_frame(
-    run, project: Path, tmp_path: Path
-) -> None:
+def test_exported_table_contains_planes_and_frame(run, project: Path, tmp_path: Path) -> None:
     target = tmp_path / "planes.csv"
     ran = run("export", project, "--to", "csv", "-o", target, "--json")
     assert ran.code == 0
@@ -54,7 +52,7 @@ def test_the_table_of_a_project_holds_its_planes_and_says_its_frame(
     assert (beta["trend_deg"] % 180, beta["plunge_deg"]) == pytest.approx((0.0, 0.0), abs=1e-6)
 
 
-def test_the_layers_of_a_project_open_as_a_geopackage(run, project: Path, tmp_path: Path) -> None:
+def test_layers_are_exported_as_geopackage(run, project: Path, tmp_path: Path) -> None:
     import pyogrio
 
     target = tmp_path / "layers.gpkg"
@@ -86,7 +84,7 @@ def test_an_existing_export_is_replaced_only_by_force(run, project: Path, tmp_pa
     assert run("export", project, "--to", "csv", "-o", target, "--force").code == 0
 
 
-def test_the_journal_of_the_project_is_no_target(run, project: Path) -> None:
+def test_export_over_project_journal_is_refused(run, project: Path) -> None:
     journal = project / "journal.sqlite"
     before = journal.read_bytes()
     ran = run("export", project, "--to", "csv", "-o", journal, "--force")
@@ -95,9 +93,7 @@ def test_the_journal_of_the_project_is_no_target(run, project: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [None, b"", b"SQLite format 3\x00 but no more", b"words"])
-def test_a_folder_that_is_no_sound_project_is_refused(
-    run, tmp_path: Path, content: bytes | None
-) -> None:
+def test_invalid_project_folder_is_refused(run, tmp_path: Path, content: bytes | None) -> None:
     folder = tmp_path / "bad.vom"
     folder.mkdir()
     if content is not None:
@@ -112,9 +108,7 @@ def test_a_folder_that_is_no_sound_project_is_refused(
 
 # GDAL says so of every 3DFACE.
 @pytest.mark.filterwarnings("ignore:Non closed ring:RuntimeWarning")
-def test_drawings_and_shapefiles_of_a_project_are_named_in_the_answer(
-    run, project: Path, tmp_path: Path
-) -> None:
+def test_exported_drawings_and_shapefiles_are_listed(run, project: Path, tmp_path: Path) -> None:
     import pyogrio
 
     target = tmp_path / "o.shp"
@@ -133,7 +127,7 @@ def test_drawings_and_shapefiles_of_a_project_are_named_in_the_answer(
 
 
 @pytest.mark.parametrize("word", ["CSV", "Gpkg", "GeoJSON", "LoopStructural"])
-def test_a_format_may_be_in_capitals(run, project: Path, tmp_path: Path, word: str) -> None:
+def test_export_format_is_case_insensitive(run, project: Path, tmp_path: Path, word: str) -> None:
     end = {"Gpkg": "gpkg", "GeoJSON": "geojson"}.get(word, "csv")
     small = run("export", project, "--to", word.lower(), "-o", tmp_path / f"a.{end}", "--json").json
     large = run("export", project, "--to", word, "-o", tmp_path / f"b.{end}", "--json").json

@@ -27,7 +27,7 @@ def cloud(tmp_path: Path) -> Path:
     return path
 
 
-def test_the_object_and_the_table(run, cloud: Path, tmp_path: Path) -> None:
+def test_facets_are_reported_in_json_and_written_to_table(run, cloud: Path, tmp_path: Path) -> None:
     table, labels = tmp_path / "facets.csv", tmp_path / "labels.ply"
     ran = run("facets", cloud, "-o", table, "--labels", labels, "--json")
     assert ran.code == 0
@@ -52,7 +52,7 @@ def test_the_object_and_the_table(run, cloud: Path, tmp_path: Path) -> None:
     assert set(read.ids) == {"0", "1", "2"}
 
 
-def test_sets_are_named_in_the_table_and_counted_in_the_labels(run, tmp_path: Path) -> None:
+def test_sets_are_named_in_table_and_numbered_in_labels(run, tmp_path: Path) -> None:
     rng = np.random.default_rng(2)
     parts = [
         sheet(
@@ -98,7 +98,7 @@ def test_stats_and_fold_read_the_table(run, cloud: Path, tmp_path: Path) -> None
     assert run("stereonet", table, "-o", tmp_path / "net.svg").code == 0
 
 
-def test_the_border_is_a_polygon_with_the_area_of_its_row(run, cloud: Path, tmp_path: Path) -> None:
+def test_facet_outline_has_area_of_its_row(run, cloud: Path, tmp_path: Path) -> None:
     import pandas
 
     table = tmp_path / "facets.csv"
@@ -111,7 +111,7 @@ def test_the_border_is_a_polygon_with_the_area_of_its_row(run, cloud: Path, tmp_
         assert border.area == pytest.approx(area * np.cos(np.radians(dip)), rel=0.05)
 
 
-def test_nothing_found_is_a_plain_answer(run, cloud: Path, tmp_path: Path) -> None:
+def test_no_facets_is_a_valid_result(run, cloud: Path, tmp_path: Path) -> None:
     ran = run("facets", cloud, "-o", tmp_path / "none.csv", "--min-area", "1000", "--json")
     assert ran.code == 0
     assert ran.json["facets"] == 0
@@ -148,7 +148,7 @@ def test_outputs_are_replaced_with_force_only(run, cloud: Path, tmp_path: Path) 
     assert run("facets", cloud, "-o", cloud, "--force").code == 2
 
 
-def test_the_command_takes_the_preset(run, tmp_path: Path) -> None:
+def test_dse_preset_finds_sets_and_discontinuities(run, tmp_path: Path) -> None:
     path = tmp_path / "cube.xyz"
     rng = np.random.default_rng(3)
     squares = [

@@ -50,7 +50,7 @@ def check(run, *words: object) -> None:
 @pytest.mark.full
 @pytest.mark.parametrize("width", first_in_default_tier(SIZES_MM, 2))
 @pytest.mark.parametrize("of", first_in_default_tier(["strike", "dip"]))
-def test_roses(run, planes, tmp_path, width, of) -> None:
+def test_rose_has_no_layout_faults(run, planes, tmp_path, width, of) -> None:
     check(
         run, "rose", planes, "--by", "set", "--of", of, "--width", width, "-o", tmp_path / "r.svg"
     )
@@ -58,13 +58,13 @@ def test_roses(run, planes, tmp_path, width, of) -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("friction", first_in_default_tier([35, 10, 80]))
-def test_slopes(run, planes, tmp_path, friction) -> None:
+def test_slope_figure_has_no_layout_faults(run, planes, tmp_path, friction) -> None:
     words = ("slope", planes, "--face", "310/75", "--friction", friction)
     check(run, *words, "--plot", tmp_path / "s.svg")
 
 
 @pytest.mark.parametrize("count", first_in_default_tier([3, 40, 1]))
-def test_slips(run, tmp_path, count) -> None:
+def test_slip_figure_has_no_layout_faults(run, tmp_path, count) -> None:
     table = tmp_path / "faults.csv"
     rows = [f"{(20 + 7 * i) % 360},{50 + i % 30},{60 + i % 50},N" for i in range(count)]
     table.write_text("\n".join(["strike,dip,rake,sense", *rows]) + "\n")
@@ -72,7 +72,7 @@ def test_slips(run, tmp_path, count) -> None:
 
 
 @pytest.mark.parametrize("spread", first_in_default_tier([0.5, 0.01, 3.0]))
-def test_shapes_of_planes(run, tmp_path, spread) -> None:
+def test_plane_shape_figure_has_no_layout_faults(run, tmp_path, spread) -> None:
     rng = np.random.default_rng(2)
     rows = ["pick,x,y,z"]
     for k in range(12):
@@ -103,7 +103,7 @@ def traces(path: Path, count: int, sets: int, size: float) -> Path:
     first_in_default_tier([(60, 9, 20.0), (3, 1, 0.05), (300, 40, 900.0), (40, 2, 7e4)]),
 )
 @pytest.mark.parametrize("window", first_in_default_tier([True, False]))
-def test_fractures(run, tmp_path, count, sets, size, window) -> None:
+def test_fracture_figure_has_no_layout_faults(run, tmp_path, count, sets, size, window) -> None:
     layer = traces(tmp_path / "t.gpkg", count, sets, size)
     circle = ("--circle", f"{5e5 + size / 2},{5e6 + size / 2},{size / 2}") if window else ()
     check(run, "fractures", layer, *circle, "--plot", tmp_path / "f.svg")
@@ -111,7 +111,9 @@ def test_fractures(run, tmp_path, count, sets, size, window) -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("scanline", [True])
-def test_fractures_of_which_all_are_cut_have_no_empty_panel(run, tmp_path, scanline) -> None:
+def test_fracture_figure_without_complete_lengths_has_no_empty_panel(
+    run, tmp_path, scanline
+) -> None:
     """A small circle inside long traces: no length is known."""
     import pyogrio
 
@@ -138,7 +140,7 @@ def test_fractures_of_which_all_are_cut_have_no_empty_panel(run, tmp_path, scanl
     ("rows", "thick"), first_in_default_tier([(12, 0.4), (2, 30.0), (80, 0.02), (5, 0.001)])
 )
 @pytest.mark.parametrize("described", first_in_default_tier([True, False]))
-def test_logs(run, tmp_path, rows, thick, described) -> None:
+def test_log_figure_has_no_layout_faults(run, tmp_path, rows, thick, described) -> None:
     rocks = ("sandstone", "claystone", "limestone", "wackestone", "tuff", "covered", "breccia")
     lines = ["x,y,z,lithology,notes" if described else "x,y,z"]
     for i in range(rows):
@@ -153,7 +155,7 @@ def test_logs(run, tmp_path, rows, thick, described) -> None:
     ("width", "height"), first_in_default_tier([(80, 25), (4, 40), (1500, 30)])
 )
 @pytest.mark.parametrize("manner", first_in_default_tier(["drone", "handheld", "terrain"]))
-def test_plans(run, tmp_path, width, height, manner) -> None:
+def test_plan_sheet_has_no_layout_faults(run, tmp_path, width, height, manner) -> None:
     words = ("plan", "--camera", "23.5x15.6,35,6000x4000", "--distance", 30, "--manner", manner)
     check(run, *words, "--width", width, "--height", height, "-o", tmp_path / "plan.svg")
 
@@ -181,7 +183,7 @@ SHAPES = [(30.0, 16.0), (4.0, 40.0), (2400.0, 300.0), (0.4, 0.3)]
 
 
 @pytest.mark.parametrize(("width", "height"), first_in_default_tier(SHAPES, 2))
-def test_sheets(tmp_path, width, height) -> None:
+def test_orthophoto_sheet_has_no_layout_faults(tmp_path, width, height) -> None:
     view = replace(view_along_line(31, 11), reason=Finding("view.as-given"))
     with recorded() as pages:
         write_sheet(tmp_path / "s.pdf", drawing(width, height), view, "pdf")
@@ -189,14 +191,14 @@ def test_sheets(tmp_path, width, height) -> None:
 
 
 @pytest.mark.parametrize(("width", "height"), SHAPES)
-def test_sections_and_drawings(width, height) -> None:
+def test_section_drawing_has_no_layout_faults(width, height) -> None:
     page = page_of_svg(svg_text(drawing(width, height)))
     assert len(page.texts) > 20
     assert page.faults() == []
 
 
 @pytest.mark.parametrize("width", first_in_default_tier([9.0, 6.0, 14.0]))
-def test_surfaces(width) -> None:
+def test_surface_figure_has_no_layout_faults(width) -> None:
     from tests.products.test_surface import grooves, mesh_over
     from vomstudio.products.surface.analysis import analyse
     from vomstudio.products.surface.figure import draw_surface
@@ -210,7 +212,7 @@ def test_surfaces(width) -> None:
 
 
 @pytest.mark.parametrize("count", first_in_default_tier([6, 25, 60]))
-def test_residuals_of_a_registration(count) -> None:
+def test_residual_map_has_no_layout_faults(count) -> None:
     from vomstudio.products.report.residual_map import residual_map
 
     rng = np.random.default_rng(1)
@@ -228,7 +230,7 @@ def test_residuals_of_a_registration(count) -> None:
     assert [fault for page in pages for fault in page.faults()] == []
 
 
-def test_no_figure_is_forgotten() -> None:
+def test_every_module_that_writes_figures_is_tested() -> None:
     """Modules that write figures: each of them is drawn by a test above, or is a net."""
     root = Path(vomstudio.__file__).parent / "products"
     writes = re.compile(r"\b(savefig|write_figure|save_figure|print_svg)\(")

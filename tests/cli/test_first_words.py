@@ -38,16 +38,16 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("words", [[], ["cliff.obj"], ["photos"], ["./cliff.obj", "photos"]])
-def test_what_is_there_is_for_the_window(here: Path, words: list[str]) -> None:
+def test_existing_files_and_folders_open_the_window(here: Path, words: list[str]) -> None:
     assert opens_window(words)
 
 
 @pytest.mark.parametrize("words", [["fit"], ["--version"], ["clif.obj"], ["cliff.obj", "gone"]])
-def test_everything_else_is_for_the_command_line(here: Path, words: list[str]) -> None:
+def test_all_other_arguments_go_to_the_command_line(here: Path, words: list[str]) -> None:
     assert not opens_window(words)
 
 
-def test_a_command_stays_one_beside_a_file_of_its_name(here: Path) -> None:
+def test_command_takes_precedence_over_file_of_same_name(here: Path) -> None:
     (here / "fit").touch()
     assert not opens_window(["fit"])
 
@@ -56,7 +56,7 @@ def test_a_command_stays_one_beside_a_file_of_its_name(here: Path) -> None:
     ("word", "nearest"),
     [("stero", "stereonet"), ("Fit", "fit"), ("reconstuct", "reconstruct"), ("exprot", "export")],
 )
-def test_a_misspelt_command_is_answered_with_the_nearest(
+def test_misspelt_command_suggests_the_nearest(
     here: Path, run: Any, word: str, nearest: str
 ) -> None:
     done = run(word)
@@ -82,7 +82,7 @@ def test_a_misspelt_command_is_answered_with_the_nearest(
         ("--verison", "--version", ""),
     ],
 )
-def test_misspelt_options_and_actions_are_answered_with_the_nearest(
+def test_misspelt_options_and_actions_suggest_the_nearest(
     run: Any, words: str, nearest: str, page: str
 ) -> None:
     done = run(*words.split(), "--json")
@@ -98,7 +98,7 @@ def test_misspelt_options_and_actions_are_answered_with_the_nearest(
         ("fit a.csv b.csv", "b.csv", "fit"),
     ],
 )
-def test_unknown_arguments_lead_to_the_page_of_their_command(
+def test_unknown_arguments_refer_to_help_of_their_command(
     run: Any, words: str, value: str, page: str
 ) -> None:
     done = run(*words.split(), "--json")
@@ -106,7 +106,7 @@ def test_unknown_arguments_lead_to_the_page_of_their_command(
     error_of(done.json, "command.unknown-argument", value=value, program=f"vomstudio {page}")
 
 
-def test_an_unknown_action_is_answered_with_all_actions(run: Any) -> None:
+def test_unknown_action_lists_all_actions(run: Any) -> None:
     error = error_of(
         run("project", "P", "dance", "--json").json, "option.not-a-choice", value="dance"
     )
@@ -117,15 +117,13 @@ def test_an_unknown_action_is_answered_with_all_actions(run: Any) -> None:
     "words",
     ["fit --wrong --help", "fit -- --method", "ortho m.obj --trend -5 --plunge -.5 -oo.png"],
 )
-def test_help_values_and_words_after_two_dashes_are_no_misspelt_options(
-    run: Any, words: str
-) -> None:
+def test_values_and_words_after_double_dash_are_not_misspelt_options(run: Any, words: str) -> None:
     codes = shown_codes(run(*words.split()).err)
     assert not codes & {"command.misspelt", "command.unknown-argument"}
 
 
 @pytest.mark.parametrize("words", [["dance"], ["wxyz", "--json"], ["wxyz", "cliff.obj"]])
-def test_an_unknown_word_is_answered_with_the_list(here: Path, run: Any, words: list[str]) -> None:
+def test_unknown_command_is_reported(here: Path, run: Any, words: list[str]) -> None:
     done = run(*words)
     assert done.code == 2
     nearest = "trace" if words == ["dance"] else None
@@ -135,7 +133,7 @@ def test_an_unknown_word_is_answered_with_the_list(here: Path, run: Any, words: 
         assert done.json["error"]["code"] == finding.code
 
 
-def test_a_missing_file_is_named_with_the_nearest(here: Path, run: Any) -> None:
+def test_missing_file_suggests_nearest_name(here: Path, run: Any) -> None:
     done = run("clif.obj")
     assert (done.code, done.out) == (2, "")
     assert f"clif.obj: {Finding('file.misspelt', nearest='cliff.obj')}" in done.err
@@ -146,7 +144,7 @@ def test_a_missing_file_is_named_with_the_nearest(here: Path, run: Any) -> None:
     assert f"--force: {Finding('command.window-options')}" in run("cliff.obj", "--force").err
 
 
-def test_a_name_that_no_system_takes_is_a_sentence(here: Path, run: Any) -> None:
+def test_invalid_file_name_is_reported_without_traceback(here: Path, run: Any) -> None:
     for name in ("a" * 5000, "a/" * 3000 + "b.obj", "a\0b.obj"):
         assert not opens_window([name])
         done = run(name)
@@ -154,7 +152,7 @@ def test_a_name_that_no_system_takes_is_a_sentence(here: Path, run: Any) -> None
         assert "Traceback" not in done.err
 
 
-def test_the_program_answers_so_without_a_screen(here: Path) -> None:
+def test_misspelt_command_is_reported_without_display(here: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "vomstudio", "stereonett"],
         capture_output=True,
@@ -169,7 +167,7 @@ def test_the_program_answers_so_without_a_screen(here: Path) -> None:
 
 # The program's own options -------------------------------------------------------------------
 @pytest.mark.full
-def test_versions_are_those_that_are_installed(run: Any) -> None:
+def test_version_option_reports_installed_versions(run: Any) -> None:
     import numpy
     import vtkmodules.all as vtk
 
@@ -183,12 +181,14 @@ def test_versions_are_those_that_are_installed(run: Any) -> None:
     assert all(found["graphics"].values())
 
 
-def test_a_broken_driver_leaves_the_versions(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_broken_graphics_driver_does_not_prevent_version_output(
+    run: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("vomstudio.cli.common.global_options.sys.executable", "/bin/false")
     assert json.loads(run("--version", "--json").out)["graphics"] is None
 
 
-def test_the_desktop_has_entry_icon_and_type(
+def test_desktop_entry_icon_and_file_type_are_installed(
     run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
@@ -288,7 +288,7 @@ def test_a_folder_that_cannot_be_made_is_named(
     assert str(tmp_path / "data" / "applications") in done.err
 
 
-def test_other_systems_have_no_such_menu(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_desktop_installation_is_refused_on_other_systems(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vomstudio.core.files.desktop.sys.platform", "darwin")
     with refused("desktop.not-linux", TargetError):
         install()

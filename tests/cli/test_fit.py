@@ -52,7 +52,7 @@ def test_the_published_traces_give_the_published_planes_and_errors(
 
 
 @pytest.mark.parametrize("name", ["planes.xlsx", "planes.gpkg", "planes.JSON"])
-def test_a_table_does_not_get_the_extension_of_another_format(
+def test_table_with_extension_of_another_format_is_refused(
     run, write, tmp_path: Path, name: str
 ) -> None:
     points = write("x,y,z\n0,0,0\n1,0,0\n0,1,0\n1,1,1\n")
@@ -62,14 +62,14 @@ def test_a_table_does_not_get_the_extension_of_another_format(
     assert not out.exists()
 
 
-def test_people_read_strike_dip_errors_and_verdict(run, data_dir: Path) -> None:
+def test_text_output_shows_strike_dip_errors_and_verdict(run, data_dir: Path) -> None:
     ran = run("fit", data_dir / "planes" / "well_defined.txt")
     assert ran.code == 0
     for words in ("101.3/03.5 ± ", "011.3", "0.4753/0.1473", "deg RHR", "quality"):
         assert words in ran.out
 
 
-def test_groups_are_fitted_apart_in_the_order_of_the_file(run, write) -> None:
+def test_groups_are_fitted_separately_in_file_order(run, write) -> None:
     rows = ["x;y;z;trace"]
     for name, (dd, dip) in {"b": (120.0, 30.0), "a": (200.0, 60.0)}.items():
         rows += [";".join([*map(repr, p), name]) for p in plane_points(dd, dip).tolist()]
@@ -81,9 +81,7 @@ def test_groups_are_fitted_apart_in_the_order_of_the_file(run, write) -> None:
     assert b["n_points"] == a["n_points"] == 30
 
 
-def test_without_by_a_column_of_groups_is_warned_of_and_all_points_make_one_plane(
-    run, write
-) -> None:
+def test_unused_group_column_gives_warning_and_one_plane(run, write) -> None:
     text = "x,y,z,trace\n0,0,0,a\n9,0,0,a\n0,9,1,a\n0,0,3,b\n9,0,3,b\n0,9,4,b\n"
     ran = run("fit", write(text), "--json")
     (row,) = ran.json["planes"]
@@ -92,7 +90,7 @@ def test_without_by_a_column_of_groups_is_warned_of_and_all_points_make_one_plan
     assert "--by trace" in ran.err
 
 
-def test_what_cannot_be_fitted_is_skipped_and_the_rest_is_done(run, write) -> None:
+def test_groups_without_plane_are_skipped_and_others_fitted(run, write) -> None:
     text = "x,y,z,t\n0,0,0,good\n9,0,0,good\n0,9,1,good\n0,0,0,two\n1,1,1,two\n"
     text += "".join(f"{i},{i},{i},straight\n" for i in range(5)) + "4,4,4,same\n" * 4
     ran = run("fit", write(text), "--by", "t", "--json")
@@ -107,7 +105,7 @@ def test_what_cannot_be_fitted_is_skipped_and_the_rest_is_done(run, write) -> No
 
 
 @pytest.mark.parametrize("method", ["pca", "regression"])
-def test_both_methods_are_named_and_agree_on_a_clean_plane(run, write, method: str) -> None:
+def test_both_methods_agree_on_exact_plane(run, write, method: str) -> None:
     points = "\n".join(" ".join(map(repr, p)) for p in plane_points(75.0, 35.0).tolist())
     (row,) = run("fit", write(points), "--method", method, "--json").json["planes"]
     assert row["method"] == method
@@ -130,7 +128,7 @@ def test_a_horizontal_plane_is_flagged_as_undefined(run, write) -> None:
     assert row["z"] == 5.0
 
 
-def test_the_table_written_holds_the_same_planes(run, write, tmp_path: Path) -> None:
+def test_written_table_contains_same_planes(run, write, tmp_path: Path) -> None:
     target = tmp_path / "planes.csv"
     ran = run("fit", write(PLANE), "-o", target, "--json")
     assert ran.json["table"] == str(target)
@@ -175,7 +173,7 @@ def test_when_no_group_succeeds_the_command_fails(run, write) -> None:
     assert (error["code"], error["count"], error["field"]) == ("plane.none-fitted", 2, "t a")
 
 
-def test_the_written_table_goes_into_every_other_command(run, write, tmp_path: Path) -> None:
+def test_written_table_is_accepted_by_other_commands(run, write, tmp_path: Path) -> None:
     rows = ["x,y,z,bed"]
     for name, plane in {"a": (90.0, 20.0), "b": (270.0, 40.0), "c": (92.0, 60.0)}.items():
         rows += [",".join([*map(repr, p), name]) for p in plane_points(*plane).tolist()]
@@ -191,9 +189,7 @@ def test_the_written_table_goes_into_every_other_command(run, write, tmp_path: P
 
 
 @pytest.mark.parametrize("profile", PROFILES_BY_NAME)
-def test_verdicts_come_with_the_limits_by_which_they_were_given(
-    run, write, tmp_path: Path, profile: str
-) -> None:
+def test_verdicts_are_shown_with_their_thresholds(run, write, tmp_path: Path, profile: str) -> None:
     out = tmp_path / "planes.csv"
     ran = run("fit", write(PLANE), "--profile", profile, "-o", out)
     assert ran.out.splitlines()[-1] == PROFILES_BY_NAME[profile].description
@@ -217,7 +213,7 @@ def test_planes_keep_kind_and_set_of_their_points(run, write) -> None:
     assert by_set.code == 0
 
 
-def test_the_steps_of_the_first_page_find_the_axis_of_the_sample(run, tmp_path: Path) -> None:
+def test_tutorial_steps_find_fold_axis_of_sample(run, tmp_path: Path) -> None:
     planes = tmp_path / "planes.csv"
     picks = resource("sample", "picks.csv")
     assert run("fit", picks, "--by", "pick", "-o", planes).code == 0
@@ -230,7 +226,7 @@ def test_the_steps_of_the_first_page_find_the_axis_of_the_sample(run, tmp_path: 
     assert off < beta["max_confidence95_deg"] < 5.0
 
 
-def test_straight_traces_say_what_they_determine(run, tmp_path: Path) -> None:
+def test_straight_traces_report_what_they_determine(run, tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     t = np.linspace(0.0, 5.0, 60)
     rows = ["id,x,y,z"]

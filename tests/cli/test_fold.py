@@ -32,29 +32,27 @@ def test_the_published_anticline_gives_its_published_axis(run, data_dir: Path) -
     assert found["reasons"]
 
 
-def test_the_same_file_with_a_header_needs_no_option(run, write, data_dir: Path) -> None:
+def test_file_with_header_needs_no_azimuth_option(run, write, data_dir: Path) -> None:
     text = (data_dir / "planes" / "big_elk_strike_dip.txt").read_text()
     found = run("fold", write("strike\tdip\n" + text, "elk.txt"), "--json").json
     assert round(found["beta"]["trend_deg"], 1) == 125.3
     assert round(found["beta"]["plunge_deg"], 1) == 26.1
 
 
-def test_the_name_of_a_file_without_header_may_tell_the_convention(run, data_dir: Path) -> None:
+def test_file_name_can_state_the_azimuth_convention(run, data_dir: Path) -> None:
     found = run("fold", data_dir / "planes" / "big_elk_strike_dip.txt", "--json").json
     assert round(found["beta"]["trend_deg"], 1) == 125.3
     assert FILE_NAME_CONVENTION in found["convention"]
 
 
-def test_the_same_file_without_either_is_refused_with_the_way_out(
-    run, write, data_dir: Path
-) -> None:
+def test_ambiguous_azimuth_is_refused_with_suggested_option(run, write, data_dir: Path) -> None:
     text = (data_dir / "planes" / "big_elk_strike_dip.txt").read_text()
     ran = run("fold", write(text, "elk.txt"))
     assert ran.code == 2
     assert "--azimuth strike" in ran.said
 
 
-def test_a_table_with_kinds_is_taken_for_bedding_only(run, write) -> None:
+def test_only_bedding_is_used_from_table_with_kinds(run, write) -> None:
     rows = [("bedding", *bed) for bed in FOLD] + [("joint", 0, 85), ("Joint", 5, 80), ("", 0, 70)]
     path = write(table("kind", "dipdir", "dip", rows=rows))
     found = run("fold", path, "--json").json
@@ -68,7 +66,7 @@ def test_a_table_with_kinds_is_taken_for_bedding_only(run, write) -> None:
     assert "left out" in run("fold", path).out
 
 
-def test_another_kind_is_used_when_told(run, write) -> None:
+def test_kind_option_selects_another_kind(run, write) -> None:
     rows = [("bedding", 0, 30)] + [("Foliation", *bed) for bed in FOLD]
     found = run(
         "fold", write(table("kind", "dipdir", "dip", rows=rows)), "--kind", "foliation", "--json"
@@ -77,19 +75,19 @@ def test_another_kind_is_used_when_told(run, write) -> None:
     assert found["left_out"][0]["what"] == "bedding"
 
 
-def test_a_table_of_other_kinds_is_refused_with_their_names(run, write) -> None:
+def test_table_without_bedding_is_refused_with_its_kinds(run, write) -> None:
     ran = run("fold", write(table("kind", "dipdir", "dip", rows=[("joint", 1, 2), ("vein", 3, 4)])))
     assert ran.code == 2
     assert "joint, vein" in ran.said
 
 
-def test_a_kind_is_refused_where_the_table_has_none(run, write) -> None:
+def test_kind_option_is_refused_for_table_without_kinds(run, write) -> None:
     ran = run("fold", write(table("dipdir", "dip", rows=FOLD)), "--kind", "bedding")
     assert ran.code == 2
     assert "--kind" in ran.said
 
 
-def test_lines_are_left_out_and_named(run, write) -> None:
+def test_lines_are_left_out_and_reported(run, write) -> None:
     rows = [(*bed, "", "") for bed in FOLD] + [("", "", 10, 5)]
     found = run("fold", write(table("dipdir", "dip", "trend", "plunge", rows=rows)), "--json").json
     assert (found["n"], found["used"]) == (8, 7)
@@ -98,7 +96,7 @@ def test_lines_are_left_out_and_named(run, write) -> None:
     assert left_out["reason"]["code"] == "fold.only-planes"
 
 
-def test_the_axis_of_two_sets_is_where_their_means_meet(run, write) -> None:
+def test_axis_of_two_sets_is_intersection_of_their_means(run, write) -> None:
     # Beds dip 30 to the east, the fault 60 to the west: both contain the north-south line.
     rows = [("beds", 90, 30)] * 3 + [("fault", 270, 60)] * 2 + [("other", 10, 80)]
     found = run(
@@ -110,7 +108,7 @@ def test_the_axis_of_two_sets_is_where_their_means_meet(run, write) -> None:
     assert min(found["beta"]["trend_deg"] % 180, 180 - found["beta"]["trend_deg"] % 180) < 1e-6
 
 
-def test_kinds_are_sets_where_the_table_has_no_other(run, write) -> None:
+def test_kinds_serve_as_sets_in_table_without_set_column(run, write) -> None:
     rows = [("bedding", 90, 30), ("bedding", 90, 32), ("fault", 270, 60), ("fault", 270, 61)]
     path = write(table("kind", "dipdir", "dip", rows=rows))
     found = run("fold", path, "--sets", "bedding,fault", "--json").json
@@ -119,7 +117,7 @@ def test_kinds_are_sets_where_the_table_has_no_other(run, write) -> None:
 
 
 @pytest.mark.parametrize("sets", ["beds", "beds,", "beds,beds", "beds,none"])
-def test_sets_that_are_not_two_are_refused(run, write, sets: str) -> None:
+def test_invalid_pairs_of_sets_are_refused(run, write, sets: str) -> None:
     path = write(table("set", "dipdir", "dip", rows=[("beds", 90, 30), ("fault", 270, 60)]))
     ran = run("fold", path, "--sets", sets)
     assert ran.code == 2
@@ -136,7 +134,7 @@ def test_planes_that_define_no_axis_are_refused(run, write, rows: list[tuple[int
     assert ran.json["error"]["file"] == str(path)
 
 
-def test_only_lines_make_no_fold(run, write) -> None:
+def test_table_with_only_lines_is_refused(run, write) -> None:
     assert "lines" in run("fold", write("trend,plunge\n1,2\n3,4\n")).said
 
 
@@ -145,7 +143,7 @@ SETS += [("fw", 150, 50), ("fw", 151, 52), ("fw", 148, 49), ("fw", 152, 51)]
 SETS += [("f", 270, 60), ("f", 272, 61), ("f", 268, 59)]
 
 
-def test_beds_and_fault_off_one_plane_have_two_axes(run, write) -> None:
+def test_beds_and_non_coplanar_fault_have_two_axes(run, write) -> None:
     path = write(table("set", "dipdir", "dip", rows=SETS))
     found = run("fold", path, "--sets", "hw,fw,f", "--json").json
     assert (found["verdict"], found["valid"]) == ("two axes", "no")
@@ -156,7 +154,7 @@ def test_beds_and_fault_off_one_plane_have_two_axes(run, write) -> None:
     assert "two axes" in run("fold", path, "--sets", "hw,fw,f").out
 
 
-def test_planes_that_stray_from_the_fold_are_named_by_their_ids(run, write) -> None:
+def test_outliers_of_fold_are_reported_by_id(run, write) -> None:
     beds = [(f"B{k}", 90 if k < 10 else 270, 15 + 5 * (k % 10)) for k in range(20)]
     path = write(table("id", "dipdir", "dip", rows=[*beds, ("J1", 0, 85), ("J2", 181, 88)]))
     found = run("fold", path, "--json").json
@@ -186,7 +184,7 @@ def test_domains_have_their_own_axes(run, write) -> None:
         (["--waviness", "nan"], "option.out-of-range"),
     ],
 )
-def test_what_cannot_be_is_refused(run, write, words: list[str], code: str) -> None:
+def test_invalid_options_are_refused(run, write, words: list[str], code: str) -> None:
     ran = run("fold", write(table("set", "dipdir", "dip", rows=SETS)), *words, "--json")
     assert (ran.code, ran.json["error"]["code"]) == (2, code)
 
@@ -197,7 +195,7 @@ def test_one_domain_is_refused(run, write) -> None:
     assert "fold.one-domain" in shown_codes(ran.said)
 
 
-def test_overturned_beds_of_a_table_close_the_fold(run, write) -> None:
+def test_overturned_beds_reduce_interlimb_angle(run, write) -> None:
     """One limb dips by 30 to the east, the other by 60 and is overturned: 30 degrees of a tight
     fold, where 150 would be told of beds that are all upright."""
     rows = [

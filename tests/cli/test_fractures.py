@@ -57,7 +57,7 @@ def geojson(path: Path, shapes: list, crs: str | None) -> Path:
 
 
 @pytest.mark.parametrize("ending", first_in_default_tier(["gpkg", "geojson", "shp"]))
-def test_the_formats_of_gis_programs(run, tmp_path: Path, ending: str) -> None:
+def test_gis_formats_are_read(run, tmp_path: Path, ending: str) -> None:
     area = save(tmp_path / "area.gpkg", [shapely.box(*(AT - [5, 0]), *(AT + [5, 10]))])
     path = tmp_path / f"traces.{ending}"
     if ending == "shp":
@@ -84,7 +84,7 @@ def test_the_formats_of_gis_programs(run, tmp_path: Path, ending: str) -> None:
     assert messages(ran.json) == []
 
 
-def test_a_drawing_in_millimetres(run, tmp_path: Path) -> None:
+def test_drawing_in_millimetres_is_converted(run, tmp_path: Path) -> None:
     import ezdxf
 
     drawing = ezdxf.new(units=4)
@@ -101,7 +101,7 @@ def test_a_drawing_in_millimetres(run, tmp_path: Path) -> None:
     assert (finding["code"], finding["unit"]) == ("frame.unit-converted", "mm")
 
 
-def test_along_a_scanline(run, tmp_path: Path) -> None:
+def test_scanline_gives_frequency_and_spacing(run, tmp_path: Path) -> None:
     traces = save(tmp_path / "t.gpkg", ladder())
     across = save(tmp_path / "s.gpkg", [line((1, 0), (1, 12))])
     found = run("fractures", traces, "--scanline", across, "--json").json
@@ -114,7 +114,7 @@ def test_along_a_scanline(run, tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_terzaghi_weights_are_whole_unless_a_cap_is_asked_for(run, tmp_path: Path) -> None:
+def test_terzaghi_weights_are_uncapped_by_default(run, tmp_path: Path) -> None:
     """A line at 30 degrees to the rungs meets them every 2 m; weighed they are one a metre."""
     rungs = [line((-40, y), (40, y)) for y in range(1, 10)]
     traces = save(tmp_path / "t.gpkg", rungs)
@@ -133,7 +133,7 @@ def test_terzaghi_weights_are_whole_unless_a_cap_is_asked_for(run, tmp_path: Pat
 
 
 @pytest.mark.full
-def test_sets_by_attribute_and_by_strike(run, tmp_path: Path) -> None:
+def test_sets_are_formed_by_attribute_or_strike(run, tmp_path: Path) -> None:
     names = ["rung"] * 9 + [""]
     traces = save(tmp_path / "t.gpkg", ladder(), set=names, type=["a"] * 5 + ["b"] * 5)
     by_default = run("fractures", traces, "--json").json["sets"]
@@ -147,7 +147,7 @@ def test_sets_by_attribute_and_by_strike(run, tmp_path: Path) -> None:
     assert (wrong.code, "set, type" in wrong.said) == (2, True)
 
 
-def test_the_circle_may_lie_west_and_south_of_zero(run, tmp_path: Path) -> None:
+def test_circle_centre_may_be_negative(run, tmp_path: Path) -> None:
     traces = save(tmp_path / "t.gpkg", [shapely.LineString([(-7, -3), (-5, -3)])])
     ran = run("fractures", traces, "--circle", "-6,-3,2", "--json")
     assert ran.code == 0, ran.err
@@ -198,7 +198,7 @@ def test_feet_become_metres(run, tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_what_cannot_be_counted_is_left_out_and_said(run, tmp_path: Path) -> None:
+def test_unusable_lines_are_left_out_and_reported(run, tmp_path: Path) -> None:
     with np.errstate(invalid="ignore"):
         lost = shapely.LineString([(0, 0), (math.nan, 1), (2, 2)])
     shapes = [
@@ -224,14 +224,14 @@ def test_what_cannot_be_counted_is_left_out_and_said(run, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("content", [b"", b"nothing of the kind", b'{"type": "FeatureCollection"'])
-def test_files_that_are_no_drawings(run, write, content: bytes) -> None:
+def test_invalid_drawing_files_are_refused(run, write, content: bytes) -> None:
     ran = run("fractures", write(content, "t.geojson"))
     assert ran.code == 2
     assert "t.geojson" in ran.said
 
 
 @pytest.mark.full
-def test_empty_layers_wrong_kinds_and_missing_files(run, tmp_path: Path) -> None:
+def test_empty_layers_wrong_geometry_and_missing_files_are_refused(run, tmp_path: Path) -> None:
     traces = save(tmp_path / "t.gpkg", ladder())
     areas = save(tmp_path / "a.gpkg", [shapely.box(*(AT - 5), *(AT + 5))])
     assert "drawing.no-traces" in shown_codes(run("fractures", areas).said)
@@ -248,7 +248,7 @@ def test_empty_layers_wrong_kinds_and_missing_files(run, tmp_path: Path) -> None
 
 
 @pytest.mark.full
-def test_one_of_several_layers_is_named(run, tmp_path: Path) -> None:
+def test_layer_option_selects_one_of_several_layers(run, tmp_path: Path) -> None:
     path = save(tmp_path / "t.gpkg", ladder(), layer="east")
     save(path, ladder()[:3], layer="west")
     assert "east, west" in run("fractures", path).said
@@ -274,13 +274,13 @@ def test_one_of_several_layers_is_named(run, tmp_path: Path) -> None:
         (["--plot", "p.doc"], "output.unknown-format"),
     ],
 )
-def test_wrong_wishes_are_refused(run, tmp_path: Path, words: list[str], code: str) -> None:
+def test_invalid_options_are_refused(run, tmp_path: Path, words: list[str], code: str) -> None:
     ran = run("fractures", save(tmp_path / "t.gpkg", ladder()), *words, "--json")
     assert (ran.code, ran.json["error"]["code"]) == (2, code)
 
 
 @pytest.mark.full
-def test_the_figure_has_all_of_it(run, tmp_path: Path) -> None:
+def test_figure_contains_all_panels_and_labels(run, tmp_path: Path) -> None:
     traces = save(tmp_path / "t.gpkg", ladder(), set=["rung"] * 9 + ["stile"])
     area = save(tmp_path / "a.gpkg", [shapely.box(*(AT - [1, 0]), *(AT + [5, 10]))])
     picture = tmp_path / "p.svg"
@@ -306,7 +306,7 @@ def test_the_figure_has_all_of_it(run, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("ending", ["dxf", "gpkg"])
 @pytest.mark.filterwarnings("ignore:'crs' was not provided")
-def test_closed_lines_are_the_outline_where_there_is_no_polygon(run, tmp_path, ending) -> None:  # type: ignore[no-untyped-def]
+def test_closed_lines_are_used_as_area_without_polygons(run, tmp_path, ending) -> None:  # type: ignore[no-untyped-def]
     """A drawing for CAD has no polygons. Open lines beside the outline are none."""
     import ezdxf
 

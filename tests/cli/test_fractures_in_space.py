@@ -79,7 +79,7 @@ def assert_same(one: Any, other: Any) -> None:
 
 
 @pytest.mark.parametrize("ending", ["gpkg", "dxf"])
-def test_a_cliff_is_measured_on_its_face(run, tmp_path: Path, ending: str) -> None:
+def test_cliff_traces_are_measured_on_the_face(run, tmp_path: Path, ending: str) -> None:
     ran = run("fractures", save(tmp_path / f"cliff.{ending}", shapes()), "--json")
     assert ran.code == 0, ran.err
     told = ran.json
@@ -94,7 +94,7 @@ def test_a_cliff_is_measured_on_its_face(run, tmp_path: Path, ending: str) -> No
 
 
 @pytest.mark.full
-def test_words_and_figure_state_what_angles_are_counted_from(run, tmp_path: Path) -> None:
+def test_output_and_figure_state_reference_of_angles(run, tmp_path: Path) -> None:
     path = save(tmp_path / "cliff.gpkg", shapes())
     picture = tmp_path / "p.svg"
     ran = run("fractures", path, "--strikes", "350-010,080-100", "--plot", picture)
@@ -108,7 +108,7 @@ def test_words_and_figure_state_what_angles_are_counted_from(run, tmp_path: Path
 
 
 @pytest.mark.parametrize("dip_deg", [15.0, 30.0, 44.0])
-def test_traces_on_a_slope_have_their_strikes(dip_deg: float) -> None:
+def test_traces_on_slope_keep_their_strikes(dip_deg: float) -> None:
     """Each trace is a set of its own, with the azimuth of its ends in World."""
     slope = Rotation.from_euler("xz", [dip_deg - 90.0, 25.0], degrees=True)
     rows = [slope.apply(np.array(row, float)) for row in PLANAR]
@@ -126,7 +126,7 @@ def test_traces_on_a_slope_have_their_strikes(dip_deg: float) -> None:
             assert np.sin(np.radians(one.strike_deg - strike)) == pytest.approx(0.0, abs=1e-6)
 
 
-def test_turning_a_cliff_about_the_vertical_changes_nothing() -> None:
+def test_rotating_cliff_about_vertical_changes_no_results() -> None:
     turn = Rotation.from_euler("z", 30, degrees=True)
     turned = [turn.apply(np.array(row, float)) + AT for row in CLIFF]
     one = vs.fractures(lines(), area=np.array(FACE, float) + AT)
@@ -137,7 +137,7 @@ def test_turning_a_cliff_about_the_vertical_changes_nothing() -> None:
     assert_same(figures(one), figures(two))
 
 
-def test_a_cliff_laid_down_as_a_pavement_has_the_same_figures() -> None:
+def test_cliff_and_equivalent_pavement_give_equal_results() -> None:
     upright = vs.fractures(lines(PLANAR), area=np.array(FACE, float) + AT)
     down = [np.array(row, float)[:, [0, 2, 1]] + AT for row in PLANAR]
     pavement = vs.fractures(down, area=np.array(FACE, float)[:, [0, 2, 1]] + AT)
@@ -146,7 +146,7 @@ def test_a_cliff_laid_down_as_a_pavement_has_the_same_figures() -> None:
 
 
 @pytest.mark.full
-def test_a_pavement_with_heights_has_the_figures_of_its_map(run, tmp_path: Path) -> None:
+def test_pavement_with_heights_gives_same_results_as_its_map(run, tmp_path: Path) -> None:
     """To the last digit, with its rough relief and a trace that climbs out of a crack."""
     rng = np.random.default_rng(2)
     rows = [
@@ -162,7 +162,7 @@ def test_a_pavement_with_heights_has_the_figures_of_its_map(run, tmp_path: Path)
     assert "plane" not in with_heights.json
 
 
-def test_the_plane_that_is_given_is_used(run, tmp_path: Path) -> None:
+def test_given_plane_is_used(run, tmp_path: Path) -> None:
     path = save(tmp_path / "cliff.gpkg", shapes())
     told = run("fractures", path, "--plane", "180/60", "--json").json
     assert (told["plane"]["dip_direction_deg"], told["plane"]["dip_deg"]) == (180, 60)
@@ -196,7 +196,7 @@ def test_lines_without_heights_have_no_plane(run, tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_windows_on_the_map_are_refused_where_they_are_seen_edge_on(run, tmp_path: Path) -> None:
+def test_map_windows_seen_edge_on_are_refused(run, tmp_path: Path) -> None:
     path = save(tmp_path / "cliff.gpkg", shapes())
     box = save(tmp_path / "box.gpkg", [shapely.box(*(AT[:2] - 1), *(AT[:2] + 11))])
     line = save(tmp_path / "line.gpkg", [shapely.force_2d(shapes()[0])])

@@ -38,7 +38,9 @@ COMMANDS = (
 @pytest.mark.parametrize(
     "words", first_in_default_tier(COMMANDS, 2), ids=lambda words: words.split()[0]
 )
-def test_web_mercator_is_refused_and_converted(run, bed: Path, tmp_path: Path, words: str) -> None:
+def test_web_mercator_is_refused_and_converted_on_request(
+    run, bed: Path, tmp_path: Path, words: str
+) -> None:
     command = words.format(model=bed, out=tmp_path / "out").split()
     refused = run(*command, "--json")
     assert refused.code == 2
@@ -60,7 +62,7 @@ def test_a_converted_bed_has_its_true_dip(run, bed: Path, tmp_path: Path) -> Non
     assert facet["dip_direction_deg"] == pytest.approx(90.0, abs=0.1)
 
 
-def test_a_project_takes_a_converted_copy(run, bed: Path, tmp_path: Path) -> None:
+def test_project_stores_converted_copy_of_model(run, bed: Path, tmp_path: Path) -> None:
     folder = tmp_path / "study.vom"
     with vs.Project.create(folder):
         pass
@@ -74,7 +76,7 @@ def test_a_project_takes_a_converted_copy(run, bed: Path, tmp_path: Path) -> Non
         assert model.read().bounds[0, :2] == pytest.approx(ORIGIN[:2], abs=0.01)
 
 
-def test_python_converts_too(bed: Path) -> None:
+def test_python_functions_convert_on_request(bed: Path) -> None:
     with pytest.raises(vs.errors.InputError) as refused:
         vs.read(bed)
     assert refused.value.code == "frame.not-metric"
@@ -86,7 +88,7 @@ def test_python_converts_too(bed: Path) -> None:
     assert cloud.crs == ZONE
 
 
-def test_info_describes_what_others_refuse(run, bed: Path) -> None:
+def test_info_describes_models_that_other_commands_refuse(run, bed: Path) -> None:
     (described,) = run("info", bed, "--json").json["files"]
     assert codes(described) == ["frame.not-metric"]
 
@@ -105,7 +107,7 @@ def test_degrees_are_converted(run, tmp_path: Path) -> None:
     assert high == pytest.approx(bed.max(axis=0), abs=1.0)
 
 
-def test_a_model_with_y_up_is_placed_by_its_option(run, tmp_path: Path) -> None:
+def test_up_option_applies_to_y_up_model(run, tmp_path: Path) -> None:
     """A bed of 090/20, written with y up as phone scanners do."""
     bed = bed_grid(20.0, side_m=6.0, step_m=0.25, origin=np.array([0.0, 0.0, 10.0]))
     path = write_cloud(tmp_path / "floor.xyz", bed[:, [0, 2, 1]] * [1.0, 1.0, -1.0], None)

@@ -49,7 +49,7 @@ def figures(name: str, answer: dict) -> list[float]:
 
 @pytest.mark.parametrize("name", COMMANDS)
 class TestFramesOfTables:
-    def test_figures_do_not_depend_on_the_frame(self, run, tmp_path: Path, name: str) -> None:
+    def test_results_do_not_depend_on_units_of_table(self, run, tmp_path: Path, name: str) -> None:
         header, points, words = COMMANDS[name]
         metric = write_table(tmp_path / "metric.csv", points(), ZONE, header)
         expected = figures(name, run(*words.format(table=metric).split(), "--json").json)
@@ -68,7 +68,7 @@ class TestFramesOfTables:
     @pytest.mark.parametrize(
         ("crs", "code"), [("EPSG:3857", "frame.not-metric"), ("EPSG:4326", "frame.degrees")]
     )
-    def test_what_is_not_metric_is_refused_or_converted(
+    def test_non_metric_table_is_refused_or_converted(
         self, run, tmp_path: Path, name: str, crs: str, code: str
     ) -> None:
         header, points, words = COMMANDS[name]
@@ -92,7 +92,7 @@ class TestFramesOfTables:
 
 @pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 @pytest.mark.parametrize("call", [vs.threepoint, lambda t, **k: vs.log(t, bed=(60, 60), **k)])
-def test_python_functions_honour_the_prj(tmp_path: Path, call) -> None:
+def test_python_functions_use_prj_file(tmp_path: Path, call) -> None:
     mercator = write_table(tmp_path / "picks.csv", convert(bed_points(), "EPSG:3857"), "EPSG:3857")
     with pytest.raises(vs.errors.InputError) as error:
         call(mercator)
@@ -119,7 +119,7 @@ def test_a_geodataframe_in_degrees_is_refused() -> None:
         assert error.value.code == "frame.degrees"
 
 
-def test_points_of_a_model_are_converted_to_its_crs(run, tmp_path: Path) -> None:
+def test_picks_are_converted_to_crs_of_model(run, tmp_path: Path) -> None:
     cloud = bed_grid()
     model = write_cloud(tmp_path / "model.xyz", cloud, ZONE)
     rng = np.random.default_rng(5)

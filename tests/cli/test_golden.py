@@ -52,7 +52,7 @@ def runner(tmp_path_factory: pytest.TempPathFactory) -> Runner:
         for case in CASES
     ],
 )
-def test_a_command_answers_as_it_is_written_down(runner: Runner, case: Case) -> None:
+def test_command_output_matches_golden_file(runner: Runner, case: Case) -> None:
     ran, was = runner.ran(case.name), golden(case.name)
     assert ran["code"] == case.code == was["code"], ran["json"]
     if case.like:
@@ -60,15 +60,15 @@ def test_a_command_answers_as_it_is_written_down(runner: Runner, case: Case) -> 
     assert list(differences(was, ran)) == []
 
 
-def test_every_command_is_written_down_with_a_success_and_a_failure() -> None:
+def test_every_command_has_golden_success_and_failure() -> None:
     for command in COMMANDS:
         codes = {case.code for case in CASES if case.words.split()[:1] == [command]}
         assert codes == {0, 2}, command
 
 
-def test_nothing_is_written_down_that_is_not_run() -> None:
+def test_every_golden_file_has_a_case() -> None:
     assert {path.stem for path in GOLDEN.glob("*.json")} == {case.name for case in CASES}
 
 
-def test_what_is_written_down_of_a_reconstruction_holds_what_is_promised() -> None:
+def test_golden_reconstruction_has_documented_fields() -> None:
     assert set(golden("reconstruct")["json"]) >= PROMISED

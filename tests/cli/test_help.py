@@ -38,7 +38,7 @@ def parsers() -> Iterator[argparse.ArgumentParser]:
 PARSERS = {parser.prog: parser for parser in parsers()}
 
 
-def test_every_command_and_action_has_two_examples_and_no_other_has() -> None:
+def test_every_command_and_action_has_two_examples() -> None:
     assert all(len(set(command_examples(program))) == 2 for program in PARSERS)
     assert len(EXAMPLES) == len(PARSERS)
 
@@ -71,13 +71,13 @@ def test_the_help_shows_the_examples_and_where_their_files_come_from(program: st
 
 
 @pytest.mark.parametrize("program", PARSERS)
-def test_the_examples_run_one_after_the_other(program: str) -> None:
+def test_examples_of_a_command_write_different_files(program: str) -> None:
     first, second = command_examples(program)
     written = [re.search(r" -o (\S+)| (\S+) create", each) for each in (first, second)]
     assert written[0] is None or written[1] is None or written[0][0] != written[1][0]
 
 
-def test_every_table_of_an_example_can_be_written_by_a_command_that_the_help_shows() -> None:
+def test_every_example_table_is_written_by_a_documented_command() -> None:
     examples = [shlex.split(each) for program in PARSERS for each in command_examples(program)]
     tables = {
         word

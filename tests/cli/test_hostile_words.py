@@ -59,7 +59,7 @@ def test_every_option_of_every_command_is_explained(command: str) -> None:
         ),
     ],
 )
-def test_an_error_that_cannot_be_is_refused_with_its_option(
+def test_invalid_error_value_is_refused_with_its_option(
     run, write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str, option: str, error: str
 ) -> None:
     write(POINTS, "points.csv")
@@ -71,7 +71,7 @@ def test_an_error_that_cannot_be_is_refused_with_its_option(
 
 
 @pytest.mark.parametrize("rake", ["nan", "inf", "1e9"])
-def test_a_rake_that_cannot_be_is_refused(run, write, tmp_path: Path, rake: str) -> None:
+def test_invalid_rake_is_refused(run, write, tmp_path: Path, rake: str) -> None:
     words = ("displacement", write(CUTOFFS), "--fault", "90/60", "--bed", "270/10", "--json")
     ran = run(*words, "--rake", rake)
     assert ran.code == 2, ran.out
@@ -93,7 +93,7 @@ def test_a_rake_that_cannot_be_is_refused(run, write, tmp_path: Path, rake: str)
         ("sets planes.csv -o out.csv", "--seeds"),
     ],
 )
-def test_an_attitude_that_cannot_be_is_refused_as_by_all_commands(
+def test_invalid_attitude_is_refused_with_its_option(
     run, write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str, option: str, plane: str
 ) -> None:
     write(POINTS, "points.csv")
@@ -106,7 +106,7 @@ def test_an_attitude_that_cannot_be_is_refused_as_by_all_commands(
 
 
 @pytest.mark.parametrize("count", ["0", "-1", "10", "99999999999999999999"])
-def test_a_number_of_sets_that_cannot_be_is_refused(run, write, tmp_path: Path, count: str) -> None:
+def test_invalid_number_of_sets_is_refused(run, write, tmp_path: Path, count: str) -> None:
     ran = run("sets", write(PLANES), "-o", tmp_path / "o.csv", "--exactly", count, "--json")
     assert ran.code == 2
     assert ran.json["error"]["field"] == "--exactly"
@@ -116,7 +116,7 @@ def test_a_number_of_sets_that_cannot_be_is_refused(run, write, tmp_path: Path, 
     "gsd", first_in_default_tier(["1e308", "1e-308", "1e9", "nan", "inf", "0"])
 )
 @pytest.mark.parametrize("command", first_in_default_tier(["ortho", "dem", "surface"]))
-def test_pixels_that_cannot_be_are_refused(run, write, tmp_path: Path, command: str, gsd) -> None:
+def test_invalid_pixel_size_is_refused(run, write, tmp_path: Path, command: str, gsd) -> None:
     cloud = "x,y,z\n" + "".join(f"{i},{j},{0.1 * i}\n" for i in range(12) for j in range(12))
     way = ["--trend", "10", "--plunge", "20"] if command == "ortho" else []
     target = tmp_path / "o.tif"
@@ -129,7 +129,7 @@ def test_pixels_that_cannot_be_are_refused(run, write, tmp_path: Path, command: 
 
 
 @pytest.mark.full
-def test_a_model_with_a_texture_is_drawn_in_pixels_larger_than_it(run, tmp_path: Path) -> None:
+def test_pixel_may_be_larger_than_textured_model(run, tmp_path: Path) -> None:
     from vomstudio.core.paths import resource
 
     model = resource("outcrop") / "outcrop.obj"
@@ -153,7 +153,7 @@ def test_a_model_with_a_texture_is_drawn_in_pixels_larger_than_it(run, tmp_path:
         ["register", "-", "--gcp", ""],
     ],
 )
-def test_an_empty_word_is_never_the_current_folder(
+def test_empty_argument_does_not_mean_current_folder(
     run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -163,7 +163,7 @@ def test_an_empty_word_is_never_the_current_folder(
     assert os.listdir(tmp_path) == []
 
 
-def test_an_empty_word_may_still_name_no_set(run, tmp_path: Path) -> None:
+def test_empty_set_name_is_accepted(run, tmp_path: Path) -> None:
     words = ("project", tmp_path / "none.vom", "add-picks", "p.csv", "--type", "bedding")
     assert "empty word" not in run(*words, "--set", "").said
 
@@ -178,7 +178,7 @@ def test_an_empty_word_may_still_name_no_set(run, tmp_path: Path) -> None:
         ("facets {} -o facets.csv", "x,y,z\n1,2,3\n"),
     ],
 )
-def test_points_that_define_nothing_are_named_by_their_file(
+def test_error_for_degenerate_points_names_their_file(
     run, write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str, content: str
 ) -> None:
     path = write(content)
@@ -192,7 +192,7 @@ def test_points_that_define_nothing_are_named_by_their_file(
     ("option", "value"),
     [("--threads", "0"), ("--threads", "9" * 20), ("--seed", "-1"), ("--seed", "9" * 20)],
 )
-def test_a_reconstruction_is_refused_numbers_that_it_cannot_use(
+def test_reconstruction_refuses_unusable_numbers(
     run, tmp_path: Path, option: str, value: str
 ) -> None:
     ran = run("reconstruct", tmp_path, "-o", tmp_path / "out", f"{option}={value}", "--json")
@@ -202,14 +202,14 @@ def test_a_reconstruction_is_refused_numbers_that_it_cannot_use(
 
 
 @pytest.mark.parametrize("option", ["--receiver", "--control"])
-def test_a_plan_with_an_absurd_receiver_is_refused(run, option: str) -> None:
+def test_plan_refuses_unrealistic_accuracies(run, option: str) -> None:
     words = "plan --camera 23.5x15.6,35,6000x4000 --distance 20 --width 30 --height 10 --json"
     ran = run(*words.split(), option, "1e-308")
     assert ran.code == 2
     assert ran.json["error"]["field"] == option
 
 
-def test_a_patch_of_everything_is_no_overflow(run, write, tmp_path: Path) -> None:
+def test_huge_patch_radius_does_not_overflow(run, write, tmp_path: Path) -> None:
     cloud = "x,y,z\n" + "".join(f"{i},{j},{0.1 * i}\n" for i in range(12) for j in range(12))
     ran = run("surface", write(cloud), "-o", tmp_path / "o.csv", "--around", "1,1,0,1e300")
     assert ran.code == 0, ran.err

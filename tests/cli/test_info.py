@@ -26,7 +26,7 @@ PROMISED = {
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 2\nf 1 2 3\n"
 
 
-def test_a_model_is_described_with_all_that_is_promised(run, write) -> None:
+def test_model_is_described_with_documented_fields(run, write) -> None:
     path = write(OBJ, "one.obj")
     (found,) = run("info", path, "--json").json["files"]
     assert found.keys() >= PROMISED
@@ -49,7 +49,7 @@ def test_a_table_of_orientations_has_no_bounds(run, write) -> None:
     assert (found["kind"], found["bounds"]) == ("table", None)
 
 
-def test_pictures_and_folders_of_photos_are_told(run, tmp_path: Path) -> None:
+def test_images_and_photo_folders_are_described(run, tmp_path: Path) -> None:
     from PIL import Image
 
     folder = tmp_path / "photos"
@@ -90,7 +90,7 @@ def test_all_files_are_reported_though_one_cannot_be_read(run, write, tmp_path: 
         (b"some words", "noending"),
     ],
 )
-def test_what_cannot_be_read_is_refused_in_one_sentence(run, write, content: bytes, name: str):
+def test_unreadable_file_is_refused_in_one_sentence(run, write, content: bytes, name: str):
     path = write(content, name)
     ran = run("info", path)
     assert ran.code == 2
@@ -102,7 +102,7 @@ def test_a_folder_without_photos_is_refused(run, tmp_path: Path) -> None:
     assert "no photos" in run("info", tmp_path).said
 
 
-def test_the_real_model_keeps_its_millimetres_and_its_nine_textures(run, data_dir: Path) -> None:
+def test_survey_model_keeps_millimetres_and_nine_textures(run, data_dir: Path) -> None:
     path = data_dir / "brighton_model" / "brighton_utm15n.obj"
     (found,) = run("info", path, "--json").json["files"]
     assert found["faces"] == 133_830
@@ -118,7 +118,7 @@ def test_a_table_of_nothing_but_a_header_is_refused(run, write) -> None:
     assert ran.json["error"]["code"] == "table.no-rows"
 
 
-def test_a_height_model_is_a_raster_with_a_place(run, tmp_path: Path) -> None:
+def test_height_raster_has_bounds_and_crs(run, tmp_path: Path) -> None:
     import numpy as np
 
     from vomstudio.io.gis.raster import Raster, open_geotiff, write_tile
@@ -146,7 +146,7 @@ def test_a_height_model_is_a_raster_with_a_place(run, tmp_path: Path) -> None:
         ("b.tif", b""),
     ],
 )
-def test_damaged_files_of_every_new_kind_are_one_sentence(
+def test_damaged_files_are_reported_in_one_sentence(
     run, tmp_path: Path, name: str, content: bytes
 ) -> None:
     (tmp_path / name).write_bytes(content)
@@ -167,7 +167,7 @@ def test_damaged_files_of_every_new_kind_are_one_sentence(
         (None, ["unknown", "unknown", "unknown"], "x "),
     ],
 )
-def test_units_are_the_files_and_lengths_are_metres_or_have_none(
+def test_units_are_those_of_file_and_lengths_are_in_metres(
     run, tmp_path: Path, code: str | None, units: list[str], label: str
 ) -> None:
     """A grid of spacing 1 in the file's unit, whose bounds laspy gives."""
@@ -209,7 +209,7 @@ def las_bounds(path: Path) -> list:
         return [file.header.mins, file.header.maxs]
 
 
-def test_a_height_model_that_is_cut_short_is_said_to_be(run, tmp_path: Path) -> None:
+def test_truncated_height_raster_is_reported(run, tmp_path: Path) -> None:
     from vomstudio.io.gis.raster import Raster, open_geotiff, write_tile
 
     whole, cut = tmp_path / "whole.tif", tmp_path / "cut.tif"
@@ -233,7 +233,7 @@ def test_a_height_model_that_is_cut_short_is_said_to_be(run, tmp_path: Path) -> 
         (None, 0.0, False),
     ],
 )
-def test_an_orthophoto_is_a_picture_with_a_place(
+def test_orthophoto_has_bounds_and_crs(
     run, tmp_path: Path, crs: str | None, turned: float, known: bool
 ) -> None:
     import rasterio
@@ -276,7 +276,7 @@ def test_a_height_model_of_64_bit_numbers_is_described(run, tmp_path: Path) -> N
     assert found["bounds"] == [[500_001, 199_993, 0], [500_009, 199_999, 19]]
 
 
-def test_a_table_of_points_is_where_the_file_beside_it_says(run, write, tmp_path: Path) -> None:
+def test_point_table_uses_crs_of_prj_file(run, write, tmp_path: Path) -> None:
     rows = "x,y,z\n" + "".join(f"{500_000 + x},{5_000_000 + y},{x}\n" for x, y in np.ndindex(9, 9))
     for ending in (".csv", ".xyz"):
         (tmp_path / "a.prj").unlink(missing_ok=True)
@@ -303,7 +303,7 @@ def test_a_table_of_points_is_where_the_file_beside_it_says(run, write, tmp_path
         ("EPSG:2263", 200_000, "frame.unit-converted"),
     ],
 )
-def test_a_table_of_points_has_the_findings_of_commands_that_measure(
+def test_point_table_has_same_findings_as_measuring_commands(
     run, write, tmp_path: Path, crs: str, north: int, code: str
 ) -> None:
     path = write("x,y,z\n" + "".join(f"{980_000 + i},{north + i * i},{i}\n" for i in range(9)))
@@ -322,7 +322,7 @@ def test_a_table_that_was_converted_keeps_its_crs(run, write, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(("bands", "kind"), [(4, "uint16"), (1, "complex64"), (5, "float32")])
-def test_a_raster_that_pillow_does_not_know_is_described(run, tmp_path: Path, bands, kind) -> None:
+def test_raster_unreadable_by_pillow_is_described(run, tmp_path: Path, bands, kind) -> None:
     import rasterio
 
     path = tmp_path / "a.tif"
@@ -343,7 +343,7 @@ def test_a_raster_that_pillow_does_not_know_is_described(run, tmp_path: Path, ba
     assert (len(found["fields"]), found["crs"]) == (bands, "EPSG:32633")
 
 
-def test_heights_without_a_place_say_so(run, tmp_path: Path) -> None:
+def test_heights_without_georeference_are_reported(run, tmp_path: Path) -> None:
     from PIL import Image
 
     Image.fromarray(np.ones((20, 30), np.float32)).save(tmp_path / "a.tif")

@@ -20,7 +20,7 @@ BENNISON = "393 2374 550\n1891 2738 650\n2191 1037 450\n"
 Computational structural geology, notebook 4."""
 
 
-def test_a_log_is_told_and_written(run, write, tmp_path: Path) -> None:
+def test_log_is_reported_and_written(run, write, tmp_path: Path) -> None:
     target = tmp_path / "log.csv"
     words = ["--bed", "90/30", "--bed-error", "2", "--sigma", "0.01", "-o", target]
     ran = run("log", write(LOG), *words, "--json")
@@ -44,7 +44,7 @@ def test_a_log_is_told_and_written(run, write, tmp_path: Path) -> None:
     assert run("log", write("1 2 3\n"), "--bed", "9/9").code == 2
 
 
-def test_bennisons_seam_has_the_published_attitude(run, write) -> None:
+def test_bennison_three_point_problem_has_published_attitude(run, write) -> None:
     ran = run("threepoint", write(BENNISON), "--sigma", "5", "--json")
     assert ran.code == 0
     assert ran.json["strike_rhr_deg"] == pytest.approx(106.45, abs=0.005)
@@ -62,7 +62,7 @@ def test_bennisons_seam_has_the_published_attitude(run, write) -> None:
     assert run("threepoint", write(BENNISON), "--sigma", "-1").code == 2
 
 
-def test_more_than_three_points_tell_their_own_error(run, write) -> None:
+def test_more_than_three_points_give_error_estimate(run, write) -> None:
     """A fourth borehole two metres above the seam of the others."""
     fourth = "1000 1500 %s\n"
     exact = run("threepoint", write(BENNISON), "--json").json
@@ -77,7 +77,7 @@ def test_more_than_three_points_tell_their_own_error(run, write) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
-def test_scripts_find_the_same(write) -> None:
+def test_python_functions_match_command_output(write) -> None:
     points = np.array([[float(w) for w in line.split()] for line in BENNISON.splitlines()])
     seam = vs.threepoint(points, sigma_m=5.0)
     assert seam.dip_deg == pytest.approx(7.37, abs=0.005)
@@ -135,7 +135,7 @@ def project(tmp_path: Path) -> Path:
     return tmp_path / "p.vom"
 
 
-def test_a_log_of_a_project_says_what_was_typed(run, project: Path, tmp_path: Path) -> None:
+def test_project_log_contains_typed_descriptions(run, project: Path, tmp_path: Path) -> None:
     """Thicknesses are those that the beds were made with."""
     target = tmp_path / "l.csv"
     ran = run(
@@ -180,7 +180,7 @@ def test_a_log_of_a_project_says_what_was_typed(run, project: Path, tmp_path: Pa
         assert (ran.code, ran.json["error"]["field"]) == (2, field)
 
 
-def test_the_bedding_is_that_of_the_traces_near_the_line(run, project: Path) -> None:
+def test_bedding_comes_from_traces_near_the_line(run, project: Path) -> None:
     """The other limb, which dips to the West 50 m away, counts only if it is asked for."""
     from vomstudio.project import edits
     from vomstudio.project.folder import ProjectFolder
@@ -205,7 +205,7 @@ def test_the_bedding_is_that_of_the_traces_near_the_line(run, project: Path) -> 
     assert "log.beds-not-parallel" in codes(both)
 
 
-def test_exports_of_a_project_carry_what_was_typed(run, project: Path, tmp_path: Path) -> None:
+def test_project_exports_contain_typed_notes(run, project: Path, tmp_path: Path) -> None:
     import pyogrio
 
     assert run("export", project, "--to", "gpkg", "-o", tmp_path / "l.gpkg").code == 0
@@ -215,7 +215,7 @@ def test_exports_of_a_project_carry_what_was_typed(run, project: Path, tmp_path:
 
 
 @pytest.mark.parametrize("empty", ["1,nan,1", "1,,1", "inf,2,2"])
-def test_rows_without_a_place_are_told(run, write, empty: str) -> None:
+def test_rows_without_coordinates_are_reported(run, write, empty: str) -> None:
     rows = ["x,y,z,name", "0,0,0,a", f"{empty},b", "3,4,5,c", "9,2,2,d"]
     for words in (("threepoint",), ("log", "--bed", "90/20")):
         table = write("\n".join(rows))
@@ -225,7 +225,7 @@ def test_rows_without_a_place_are_told(run, write, empty: str) -> None:
         assert "line 3" in run(words[0], table, *words[1:]).err
 
 
-def test_a_line_along_a_rough_face_does_not_make_the_boundaries_uncertain(run, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_line_along_rough_face_does_not_increase_boundary_errors(run, tmp_path) -> None:  # type: ignore[no-untyped-def]
     """Beds whose traces stray by 1 cm, and a line that follows the steps of the face between them:
     the thickness is known by the traces. An overturned bed is told."""
     from vomstudio.geometry.frames import Frame

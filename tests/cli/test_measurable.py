@@ -45,7 +45,7 @@ def corner(tmp_path: Path) -> Path:
     return path
 
 
-def test_the_object_and_a_model_with_fields(run, corner: Path, tmp_path: Path) -> None:
+def test_map_is_reported_and_written_as_model_fields(run, corner: Path, tmp_path: Path) -> None:
     out = tmp_path / "map.ply"
     ran = run(
         "measurable",
@@ -73,7 +73,7 @@ def test_the_object_and_a_model_with_fields(run, corner: Path, tmp_path: Path) -
     assert {"expected_error95_deg", "measurable"} <= set(fields)
 
 
-def test_a_raster(run, corner: Path, tmp_path: Path) -> None:
+def test_map_is_written_as_raster(run, corner: Path, tmp_path: Path) -> None:
     out = tmp_path / "map.tif"
     ran = run(
         "measurable",
@@ -100,7 +100,7 @@ def test_a_raster(run, corner: Path, tmp_path: Path) -> None:
     assert (values[seen] < 5.0).mean() == pytest.approx(1 / 6, abs=0.05)
 
 
-def test_the_mean_of_a_set(run, corner: Path, tmp_path: Path) -> None:
+def test_mean_plane_of_set_is_used(run, corner: Path, tmp_path: Path) -> None:
     table = tmp_path / "planes.csv"
     table.write_text(
         "dip_direction,dip,set\n10,60,A\n20,60,A\n15,55,A\n15,65,A\n200,30,B\n202,31,B\n"
@@ -130,7 +130,7 @@ def test_the_mean_of_a_set(run, corner: Path, tmp_path: Path) -> None:
         (("--plane", "0/0", "--gsd", "-1"), "option.not-a-length", "--gsd"),
     ],
 )
-def test_what_cannot_be_is_refused(
+def test_invalid_options_are_refused(
     run, corner: Path, words: tuple[str, ...], code: str, field: str
 ) -> None:
     ran = run("measurable", corner, *words, "--json")
@@ -138,7 +138,7 @@ def test_what_cannot_be_is_refused(
     assert (ran.json["error"]["code"], ran.json["error"]["field"]) == (code, field)
 
 
-def test_python_has_the_same_figures(run, corner: Path) -> None:
+def test_python_function_matches_command_output(run, corner: Path) -> None:
     ran = run(
         "measurable", corner, "--plane", "0/0", "--length", "1", "--resolution", "0.01", "--json"
     )

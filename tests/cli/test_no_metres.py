@@ -74,7 +74,7 @@ def lengths(value: Any, place: str = "") -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("command", list(COMMANDS))
-def test_without_scale_figures_have_a_name_without_a_unit_too(  # type: ignore[no-untyped-def]
+def test_output_without_scale_also_has_unitless_names(  # type: ignore[no-untyped-def]
     run, pair: tuple[Path, Path], tmp_path: Path, command: str
 ) -> None:
     said = []
@@ -105,7 +105,7 @@ def test_without_scale_figures_have_a_name_without_a_unit_too(  # type: ignore[n
         assert value == pytest.approx(inside[name], rel=1e-6, nan_ok=True)
 
 
-def test_a_drawing_states_metres_where_it_has_them(  # type: ignore[no-untyped-def]
+def test_drawing_states_metres_only_if_scale_is_known(  # type: ignore[no-untyped-def]
     run, pair: tuple[Path, Path], tmp_path: Path
 ) -> None:
     for model, unit in zip(pair, (ezdxf.units.M, 0), strict=True):
@@ -115,7 +115,7 @@ def test_a_drawing_states_metres_where_it_has_them(  # type: ignore[no-untyped-d
         assert ezdxf.readfile(out).units == unit
 
 
-def test_naming_loses_no_figure() -> None:
+def test_unitless_names_preserve_every_value() -> None:
     """Two figures of an object never get one name: of all commands' objects."""
 
     def kept(before: Any, after: Any) -> bool:

@@ -47,7 +47,7 @@ def files(folder: Path) -> set[str]:
     return {p.name for p in folder.iterdir()}
 
 
-def test_everything_promised_is_said_and_written(run, model: Path, tmp_path: Path) -> None:
+def test_ortho_reports_and_writes_documented_outputs(run, model: Path, tmp_path: Path) -> None:
     out = tmp_path / "o.tif"
     before = files(tmp_path)
     ran = run("ortho", model, "--trend", 40, "--plunge", 35, "-o", out, "--gsd", 0.005, "--json")
@@ -70,7 +70,7 @@ def test_everything_promised_is_said_and_written(run, model: Path, tmp_path: Pat
     assert np.hypot(*(measured - expected).T).mean() < 0.1
 
 
-def test_a_map_has_the_models_crs_and_a_chosen_pixel_is_said(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_map_has_model_crs_and_automatic_pixel_size_is_reported(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
     ran = run("ortho", model, "--plane", "0/0", "-o", tmp_path / "map.tif", "--json")
     found = ran.json
     assert found["world_file"] == str(tmp_path / "map.tfw")
@@ -93,7 +93,7 @@ def test_flip_reverses_any_direction(run, model: Path, tmp_path: Path) -> None:
     assert other["sense"] != one["sense"]
 
 
-def test_a_fold_is_looked_along_and_its_verdict_said(run, write, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_view_follows_fold_axis_and_reports_its_error(run, write, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
     beds = [(90, 20), (90, 40), (270, 30), (270, 50), (88, 30), (272, 45)]
     path = write(
         "kind,dipdir,dip\n" + "".join(f"bedding,{a},{d}\n" for a, d in beds) + "joint,0,85\n"
@@ -140,7 +140,7 @@ def test_invalid_options_are_refused_and_nothing_is_written(
     assert files(tmp_path) == before
 
 
-def test_a_missing_model_a_wrong_ending_and_an_existing_file_are_refused(
+def test_missing_model_wrong_extension_and_existing_file_are_refused(
     run, model: Path, tmp_path: Path
 ) -> None:
     view = ("--plane", "3/4")
@@ -175,7 +175,7 @@ def test_progress_counts_tiles(run, model: Path, tmp_path: Path) -> None:
     assert steps == list(range(1, stage["total"] + 1))
 
 
-def test_a_full_disk_is_told_and_leaves_nothing(run, model: Path, tmp_path: Path) -> None:
+def test_full_disk_is_reported_and_leaves_no_files(run, model: Path, tmp_path: Path) -> None:
     resource = pytest.importorskip("resource", reason="limits of a process are POSIX's")
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     before = files(tmp_path)
@@ -190,7 +190,7 @@ def test_a_full_disk_is_told_and_leaves_nothing(run, model: Path, tmp_path: Path
 
 
 @pytest.mark.parametrize("scaled", [False, True])
-def test_a_model_of_photos_that_knows_no_north_claims_none(
+def test_unscaled_model_from_photos_claims_no_north(
     run, model: Path, tmp_path: Path, scaled: bool
 ) -> None:
     from vomstudio.io.photos.cameras_file import Cameras, write_cameras

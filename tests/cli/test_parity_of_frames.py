@@ -224,7 +224,7 @@ def expect(door: str, frame: str, found: set[str]) -> None:
 
 @pytest.mark.parametrize("frame", FRAMES)
 @pytest.mark.parametrize("door", COMMANDS)
-def test_a_command_answers_with_a_code(
+def test_command_reports_unusual_frame_with_a_code(
     run, tmp_path: Path, good: Path, door: str, frame: str
 ) -> None:
     write, words = COMMANDS[door]
@@ -259,7 +259,9 @@ def codes_of_call(call: Callable[[], Any]) -> set[str]:
 
 @pytest.mark.parametrize("frame", FRAMES)
 @pytest.mark.parametrize("door", PYTHON)
-def test_a_python_function_answers_with_a_code(tmp_path: Path, door: str, frame: str) -> None:
+def test_python_function_reports_unusual_frame_with_a_code(
+    tmp_path: Path, door: str, frame: str
+) -> None:
     write, call = PYTHON[door]
     change, crs, _ = FRAMES[frame]
     file = write(tmp_path / "given", change(bed()), crs)
@@ -268,7 +270,9 @@ def test_a_python_function_answers_with_a_code(tmp_path: Path, door: str, frame:
 
 @pytest.mark.parametrize("frame", FRAMES)
 @pytest.mark.parametrize("door", ["project add-model", "Project.add_model"])
-def test_a_project_answers_with_a_code(run, tmp_path: Path, door: str, frame: str) -> None:
+def test_project_reports_unusual_frame_with_a_code(
+    run, tmp_path: Path, door: str, frame: str
+) -> None:
     change, crs, _ = FRAMES[frame]
     file = write_model(tmp_path / "given", change(bed()), crs)
     folder = tmp_path / "study.vom"

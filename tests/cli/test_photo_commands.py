@@ -17,7 +17,7 @@ SPECIMENS = Path(__file__).parents[1] / "specimens"
 
 
 @pytest.mark.full
-def test_check_says_all_that_is_promised(run, tmp_path: Path) -> None:
+def test_check_reports_all_documented_fields(run, tmp_path: Path) -> None:
     wall.write_set(tmp_path, wall.good_stations()[:4])
     (tmp_path / "broken.jpg").write_bytes(b"\xff\xd8\xff")
     ran = run("check", tmp_path, "--distance", 8, "--json")
@@ -41,7 +41,7 @@ def test_check_says_all_that_is_promised(run, tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_check_looks_at_an_alignment_too(run, tmp_path: Path) -> None:
+def test_check_also_examines_an_alignment(run, tmp_path: Path) -> None:
     from tests.photogrammetry.align.test_scene_check import scene, view
 
     wall.write_set(tmp_path / "photos", wall.good_stations()[:3])
@@ -57,7 +57,7 @@ def test_check_looks_at_an_alignment_too(run, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("distance", ["0", "-3", "nan", "inf", "far"])
-def test_check_refuses_distances_that_are_none(run, tmp_path: Path, distance: str) -> None:
+def test_check_refuses_invalid_distances(run, tmp_path: Path, distance: str) -> None:
     ran = run("check", tmp_path, "--distance", distance)
     assert ran.code == 2
     assert "--distance" in ran.said
@@ -83,7 +83,7 @@ def test_check_reports_progress_as_events(run, tmp_path: Path) -> None:
     assert stages == ["Reading photos", "Measuring photo quality", "Matching photos"]
 
 
-def test_plan_says_all_that_is_promised(run) -> None:
+def test_plan_reports_all_documented_fields(run) -> None:
     words = ("plan", "--camera", "24x16,24,6000x4000", "--distance", 20, "--width", 30)
     found = run(*words, "--height", 10, "--json").json
     assert found["gsd_m"] == pytest.approx(20 / 6000)
@@ -98,7 +98,7 @@ def test_plan_says_all_that_is_promised(run) -> None:
     assert wanted["distance_m"] == pytest.approx(12)
 
 
-def test_plan_goes_as_near_as_the_smallest_plane_asks_for(run) -> None:
+def test_plan_derives_distance_from_smallest_plane(run) -> None:
     words = ("plan", "--camera", "24x16,24,6000x4000", "--plane", 2, "--width", 30, "--height", 10)
     found = run(*words, "--json").json
     assert found["distance_m"] == pytest.approx(12.0)
@@ -108,13 +108,13 @@ def test_plan_goes_as_near_as_the_smallest_plane_asks_for(run) -> None:
 @pytest.mark.parametrize(
     "camera", [["NIKON", "D90", "--focal", "35"], ["Air 2S"], ["24", "24", "6000", "4000"]]
 )
-def test_plan_takes_a_camera_in_every_form(run, camera: list[str]) -> None:
+def test_plan_accepts_camera_in_every_form(run, camera: list[str]) -> None:
     ran = run("plan", "--distance", 20, "--width", 30, "--height", 10, "--camera", *camera)
     assert ran.code == 0
     assert "GSD" in ran.out
 
 
-def test_plan_takes_the_camera_of_a_photo_and_writes_a_sheet(run, tmp_path: Path) -> None:
+def test_plan_uses_camera_of_photo_and_writes_sheet(run, tmp_path: Path) -> None:
     photo = photo_maker.write_photo(
         tmp_path / "a.jpg", (400, 300), exif={0xA405: photo_maker.short(36)}
     )
@@ -142,13 +142,13 @@ def test_plan_takes_the_camera_of_a_photo_and_writes_a_sheet(run, tmp_path: Path
         (["--distance", "3"], "--camera"),
     ],
 )
-def test_plan_refuses_in_one_sentence(run, words: list[str], said: str) -> None:
+def test_plan_refuses_invalid_input_in_one_sentence(run, words: list[str], said: str) -> None:
     ran = run("plan", "--width", 30, "--height", 10, *words)
     assert ran.code == 2
     assert said in ran.said
 
 
-def test_frames_are_taken_and_counted(run, tmp_path: Path) -> None:
+def test_frames_are_extracted_and_counted(run, tmp_path: Path) -> None:
     from tests.photogrammetry.survey.test_video import film
 
     video = film(tmp_path / "a.avi", [*np.arange(40) * 12.0, *[468.0] * 20])
@@ -163,7 +163,7 @@ def test_frames_are_taken_and_counted(run, tmp_path: Path) -> None:
     assert run("info", tmp_path / "out", "--json").json["files"][0]["photos"] == 4
 
 
-def test_frames_of_no_video_are_refused(run, tmp_path: Path) -> None:
+def test_frames_of_invalid_video_are_refused(run, tmp_path: Path) -> None:
     (tmp_path / "a.mp4").write_bytes(b"no video")
     for words in (
         ("frames", tmp_path / "a.mp4", "-o", tmp_path / "o"),
@@ -184,7 +184,7 @@ def test_info_counts_cameras_positions_and_masks(run, data_dir: Path) -> None:
 
 
 @pytest.mark.full
-def test_a_check_takes_the_folder_of_a_model_as_reconstruct_made_it(run) -> None:
+def test_check_accepts_folder_of_reconstructed_model(run) -> None:
     photos = SPECIMENS / "photos"
     made = SPECIMENS / "schema1.vom" / "reconstruction" / "photos-preview"
     (frame,) = (made / "work").glob("frame-*")

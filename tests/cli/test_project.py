@@ -81,7 +81,7 @@ def change_rows(folder: Path, statement: str) -> None:
 
 
 # --- looking -------------------------------------------------------------------------------------
-def test_the_list_says_what_is_there_although_a_window_has_it_open(run, project: Path) -> None:
+def test_list_works_while_project_is_open_in_window(run, project: Path) -> None:
     window = ProjectFolder.open(project)
     found = run("project", project, "list", "--json").json
     window.close()
@@ -100,7 +100,7 @@ def test_the_list_says_what_is_there_although_a_window_has_it_open(run, project:
     assert found["history"]["undo_label"] == labels(project)[-1]
 
 
-def test_a_fit_is_the_row_of_the_exported_table(run, project: Path, tmp_path: Path) -> None:
+def test_fit_matches_row_of_exported_table(run, project: Path, tmp_path: Path) -> None:
     (row,) = run("project", project, "fit", "--json").json["planes"]
     assert (row["id"], row["name"], row["kind"]) == ("t1", "B01", "bedding")
     assert (row["dip_direction_deg"], row["dip_deg"]) == pytest.approx((90.0, 45.0))
@@ -117,7 +117,7 @@ def test_a_fit_is_the_row_of_the_exported_table(run, project: Path, tmp_path: Pa
 
 
 # --- undo and redo -------------------------------------------------------------------------------
-def test_steps_are_taken_back_and_done_again_as_in_the_window(run, project: Path) -> None:
+def test_undo_and_redo_work_as_in_window(run, project: Path) -> None:
     done = labels(project)
     undone = run("project", project, "undo", "--json").json
     label = undone["undone"]
@@ -171,9 +171,7 @@ def test_a_model_comes_with_the_frame_of_its_file(run, empty: Path) -> None:
     assert again.json["history"]["undo"] == 1
 
 
-def test_a_model_that_says_nothing_is_taken_as_local_with_a_warning(
-    run, empty: Path, write
-) -> None:
+def test_model_without_frame_is_local_with_warning(run, empty: Path, write) -> None:
     ran = run("project", empty, "add-model", write(OBJ, "face.obj"), "--json")
     assert ran.json["models"][0]["frame"] == Frame("local").name()
     assert codes(ran.json) == ["frame.assumed"]
@@ -191,7 +189,7 @@ def test_a_model_that_says_nothing_is_taken_as_local_with_a_warning(
         (["--unit", "cm"], Frame("local", None, 0.01, "z"), ["frame.assumed"]),
     ],
 )
-def test_a_frame_is_declared_in_words(
+def test_frame_is_declared_by_options(
     run, empty: Path, write, words: list[str], frame: Frame, expected: list[str]
 ) -> None:
     ran = run("project", empty, "add-model", write(OBJ, "face.obj"), *words, "--json")
@@ -200,7 +198,7 @@ def test_a_frame_is_declared_in_words(
     assert model.frame == frame
 
 
-def test_a_unit_that_is_not_that_of_the_crs_is_refused(run, empty: Path, write) -> None:
+def test_unit_contradicting_crs_is_refused(run, empty: Path, write) -> None:
     words = ("--crs", "EPSG:32633", "--unit", "ft")
     ran = run("project", empty, "add-model", write(OBJ, "face.obj"), *words)
     assert ran.code == 2
@@ -210,7 +208,7 @@ def test_a_unit_that_is_not_that_of_the_crs_is_refused(run, empty: Path, write) 
 
 # --- picks ---------------------------------------------------------------------------------------
 @pytest.mark.full
-def test_the_samples_picks_become_the_planes_of_its_truth(run, empty: Path) -> None:
+def test_sample_picks_reproduce_true_planes(run, empty: Path) -> None:
     run("project", empty, "add-model", sample_model())
     added = run(
         "project", empty, "add-picks", PICKS, "--type", "bedding", "--by", "pick", "--json"
@@ -228,7 +226,7 @@ def test_the_samples_picks_become_the_planes_of_its_truth(run, empty: Path) -> N
 
 
 @pytest.mark.full
-def test_picks_ask_the_surface_what_the_windows_tool_asks(run, empty: Path, write) -> None:
+def test_picks_measure_surroundings_like_window_tool(run, empty: Path, write) -> None:
     run("project", empty, "add-model", sample_model())
     run("project", empty, "add-picks", PICKS, "--type", "Fault", "--by", "pick")
     surface = MeshSurface(read_model(sample_model()).data)
@@ -239,9 +237,7 @@ def test_picks_ask_the_surface_what_the_windows_tool_asks(run, empty: Path, writ
         assert trace.outcrop_normal == normal
 
 
-def test_points_in_world_lie_where_they_were_in_the_models_own_frame(
-    run, empty: Path, write
-) -> None:
+def test_world_points_are_converted_to_model_frame(run, empty: Path, write) -> None:
     run("project", empty, "add-model", write(OBJ, "a.obj"), "--up", "y", "--unit", "ft")
     table = write("x,y,z\n" + "\n".join(f"{x},{y},{z}" for x, y, z in EAST) + "\n", "east.csv")
     run("project", empty, "add-picks", table, "--type", "joint", "--set", "J1")
@@ -253,7 +249,7 @@ def test_points_in_world_lie_where_they_were_in_the_models_own_frame(
     assert (row["dip_direction_deg"], row["dip_deg"]) == pytest.approx((90.0, 45.0))
 
 
-def test_picks_are_lines_and_patches_as_well(run, tmp_path: Path, write) -> None:
+def test_picks_can_be_added_as_lines_and_patches(run, tmp_path: Path, write) -> None:
     folder = tmp_path / "walls.vom"
     model = write("v 0 0 0\nv 9 0 0\nv 9 0 9\nv 0 0 9\nf 1 2 3\nf 1 3 4\n", "wall.obj")
     assert run("project", folder, "create").code == 0
@@ -270,7 +266,7 @@ def test_picks_are_lines_and_patches_as_well(run, tmp_path: Path, write) -> None
     assert refused["code"] == "option.not-a-choice"
 
 
-def test_picks_that_are_no_planes_are_named_and_the_others_added(run, project: Path, write) -> None:
+def test_picks_without_plane_are_reported_and_others_added(run, project: Path, write) -> None:
     lines = ["x,y,z,bed", *(f"{x},{y},{z},good" for x, y, z in EAST)]
     lines += ["0,0,0,short", "1,1,1,short"]
     ran = run(
@@ -302,7 +298,7 @@ def test_picks_that_are_no_planes_are_named_and_the_others_added(run, project: P
         ([], ("--type",)),
     ],
 )
-def test_what_is_not_there_is_said_with_what_there_is(run, project, write, words, said) -> None:
+def test_unknown_names_are_reported_with_available_ones(run, project, write, words, said) -> None:
     table = write("x,y,z\n0,0,0\n0,9,0\n4,5,-4\n")
     ran = run("project", project, "add-picks", table, *words)
     assert ran.code == 2
@@ -312,7 +308,7 @@ def test_what_is_not_there_is_said_with_what_there_is(run, project, write, words
 
 
 # --- soundness -----------------------------------------------------------------------------------
-def test_a_sound_project_is_said_to_be_sound_and_needs_no_repair(run, project: Path) -> None:
+def test_valid_project_is_verified_and_repair_is_refused(run, project: Path) -> None:
     found = run("project", project, "verify", "--json").json
     assert found["sound"]
     assert found["problems"] == []
@@ -321,7 +317,7 @@ def test_a_sound_project_is_said_to_be_sound_and_needs_no_repair(run, project: P
     assert "journal.sound" in shown_codes(refused.said)
 
 
-def test_a_damaged_row_is_named_and_a_repair_keeps_all_the_rest(run, project: Path, write) -> None:
+def test_damaged_row_is_reported_and_repair_keeps_the_rest(run, project: Path, write) -> None:
     lines = [
         "x,y,z,bed",
         *(f"{x},{y},{z + shift},{name}" for name, shift in (("a", 5.0),) for x, y, z in EAST),
@@ -345,9 +341,7 @@ def test_a_damaged_row_is_named_and_a_repair_keeps_all_the_rest(run, project: Pa
     assert run("project", project, "undo", "--json").json["undone"] == "Add a"
 
 
-def test_compacting_takes_what_nothing_can_reach_and_says_so_before(
-    run, project: Path, write
-) -> None:
+def test_compact_removes_unreachable_rows_after_dry_run(run, project: Path, write) -> None:
     table = write("x,y,z\n" + "\n".join(f"{x},{y},{z}" for x, y, z in EAST))
     run("project", project, "undo")
     run("project", project, "add-picks", table, "--type", "fault")
@@ -366,21 +360,21 @@ def test_compacting_takes_what_nothing_can_reach_and_says_so_before(
 
 
 # --- words ---------------------------------------------------------------------------------------
-def test_what_is_no_project_is_refused_in_a_sentence(run, tmp_path: Path) -> None:
+def test_invalid_project_is_refused_in_one_sentence(run, tmp_path: Path) -> None:
     for action in ("list", "undo", "verify", "fit"):
         ran = run("project", tmp_path / "none.vom", action, "--json")
         assert ran.code == 2
         assert ran.json["error"]["file"]
 
 
-def test_an_action_that_there_is_not_is_answered_with_those_that_there_are(run, project) -> None:
+def test_unknown_action_lists_available_ones(run, project) -> None:
     ran = run("project", project, "frobnicate")
     assert ran.code == 2
     assert "add-picks" in ran.said
 
 
 # --- verdicts and what they rest on ---------------------------------------------------------------
-def test_a_misspelt_action_is_named_before_its_options(run, project: Path) -> None:
+def test_misspelt_action_is_reported_before_its_options(run, project: Path) -> None:
     ran = run("project", project, "reprot", "-o", "report.html", "--json")
     assert ran.json["error"]["code"] == "command.misspelt"
     assert ran.json["error"]["nearest"] == "report"
@@ -391,7 +385,7 @@ def test_a_misspelt_action_is_named_before_its_options(run, project: Path) -> No
     )
 
 
-def test_a_project_is_judged_by_another_profile_and_back(run: Run, project: Path) -> None:
+def test_quality_profile_can_be_changed_and_undone(run: Run, project: Path) -> None:
     assert fitted(run, project)["profile"] == "error"
     said = run("project", project, "profile", "textbook", "--json").json
     assert said["profile"] == "textbook"
@@ -411,7 +405,7 @@ def test_a_project_is_judged_by_another_profile_and_back(run: Run, project: Path
     assert ",textbook," in rows[0]
 
 
-def test_a_profile_that_there_is_not_is_refused(run: Run, project: Path) -> None:
+def test_unknown_profile_is_refused(run: Run, project: Path) -> None:
     said = run("project", project, "profile", "mine", "--json")
     assert said.code == 2
     assert "textbook" in said.json["error"]["message"]
@@ -423,7 +417,7 @@ def fitted(run: Run, project: Path) -> dict[str, Any]:
     return row
 
 
-def test_features_of_an_earlier_rule_say_so_and_are_measured_anew(run: Run, tmp_path: Path) -> None:
+def test_features_of_old_rule_are_reported_and_updated(run: Run, tmp_path: Path) -> None:
     folder = tmp_path / "cliff.vom"
     opened = ProjectFolder.create(folder)
     opened.close()
@@ -484,9 +478,7 @@ def wall(step: float) -> str:
 
 
 @pytest.mark.full
-def test_a_model_is_placed_by_points_and_what_was_measured_moves_with_it(
-    run: Run, tmp_path: Path
-) -> None:
+def test_registering_model_by_points_moves_its_measurements(run: Run, tmp_path: Path) -> None:
     """A quarter about the vertical turns every dip direction by 90 degrees; undoing it turns them
     back."""
     folder = figures.copy_of("schema1", tmp_path)
@@ -588,7 +580,7 @@ def test_a_report_is_written_while_a_window_has_the_project_open(
     assert run("project", project, "verify").code == 0
 
 
-def test_a_report_lists_what_has_no_orientation_and_registrations_of_models(
+def test_report_lists_features_without_orientation_and_registrations(
     run: Run, tmp_path: Path
 ) -> None:
     folder, out = figures.copy_of("schema1", tmp_path), tmp_path / "report.html"
@@ -606,9 +598,7 @@ def test_a_report_lists_what_has_no_orientation_and_registrations_of_models(
     assert all(html.escape(name) in text for name in (*placed, *(m.name for m in models)))
 
 
-def test_a_model_of_a_project_is_registered_by_the_observations_of_the_command(
-    run: Run, tmp_path: Path
-) -> None:
+def test_project_register_matches_register_command(run: Run, tmp_path: Path) -> None:
     folder = tmp_path / "new.vom"
     model = tmp_path / "triangle.ply"
     points = [[0, 0, 0], [9, 0, 0], [0, 8, 1], [3, 2, 7]]

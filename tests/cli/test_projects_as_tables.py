@@ -31,7 +31,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("slope", ("--face", "310/75", "--friction", "35")),
     ],
 )
-def test_a_project_gives_what_its_exported_table_gives(
+def test_project_and_exported_table_give_equal_results(
     run,
     project: Path,
     tmp_path: Path,
@@ -63,7 +63,7 @@ def numbers(value: Any) -> Iterator[float]:
 
 
 @pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
-def test_python_takes_the_folder_of_a_project(run, project: Path) -> None:
+def test_python_accepts_project_folder(run, project: Path) -> None:
     assert vs.stats(project).n == run("stats", project, "--json").json["n"]
 
 

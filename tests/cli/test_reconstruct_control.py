@@ -89,14 +89,14 @@ def run(folder: Path, *words: str) -> int:
     return cli.main(["reconstruct", str(folder), "-o", str(folder.parent / "out"), *words])
 
 
-def test_control_beside_the_photos_is_taken(folder, asked) -> None:
+def test_control_file_in_photo_folder_is_used(folder, asked) -> None:
     points(folder, marked=3)
     assert run(folder) == 0
     assert asked[0].control == folder / "control.csv"
     assert asked[0].marks == folder / "marks.csv"
 
 
-def test_control_that_does_not_suffice_is_left_out_with_the_reason(folder, asked, capsys) -> None:
+def test_insufficient_control_is_left_out_with_reason(folder, asked, capsys) -> None:
     points(folder, marked=2)
     assert run(folder) == 0
     assert asked[0].control is None
@@ -104,7 +104,7 @@ def test_control_that_does_not_suffice_is_left_out_with_the_reason(folder, asked
     assert "C (0 marks)" in capsys.readouterr().err
 
 
-def test_control_of_other_photos_or_in_one_line_is_left_out(folder, asked, capsys) -> None:
+def test_control_of_other_photos_or_collinear_is_left_out(folder, asked, capsys) -> None:
     points(folder.parent, marked=3)
     (folder / "b.jpg").rename(folder / "c.jpg")
     assert run(folder) == 0
@@ -118,7 +118,7 @@ def test_control_of_other_photos_or_in_one_line_is_left_out(folder, asked, capsy
     assert "one line" in capsys.readouterr().err
 
 
-def test_marks_in_the_folder_of_the_photos_belong_to_control_from_elsewhere(folder, asked) -> None:
+def test_marks_in_photo_folder_are_used_with_control_from_elsewhere(folder, asked) -> None:
     points(folder, marked=3)
     control = folder.parent / "survey" / "points.csv"
     control.parent.mkdir()
@@ -127,7 +127,7 @@ def test_marks_in_the_folder_of_the_photos_belong_to_control_from_elsewhere(fold
     assert (asked[0].control, asked[0].marks) == (control, folder / "marks.csv")
 
 
-def test_control_can_be_declined(folder, asked) -> None:
+def test_gcp_none_disables_control(folder, asked) -> None:
     points(folder, marked=3)
     assert run(folder, "--gcp", "none") == 0
     assert asked[0].control is None
@@ -142,7 +142,7 @@ def test_marks_alone_are_tie_points(folder, asked) -> None:
     assert run(folder, "--marks", str(folder / "gone.csv")) == 2
 
 
-def test_marks_alone_beside_the_photos_are_taken(folder, asked) -> None:
+def test_marks_in_photo_folder_are_used_without_control(folder, asked) -> None:
     write_marks(folder / "marks.csv", [Mark("A", "a.jpg", 1, 2)])
     assert run(folder) == 0
     assert (asked[0].control, asked[0].marks) == (None, folder / "marks.csv")

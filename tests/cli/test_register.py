@@ -67,7 +67,7 @@ HEADER = "label,model_x,model_y,model_z,x,y,z"
         "# label, model x, model y, model z, easting, northing, elevation",
     ],
 )
-def test_pairs_give_the_place_whatever_their_header(run, write: Write, header: str) -> None:
+def test_pairs_give_registration_with_any_header(run, write: Write, header: str) -> None:
     table = write(pairs_text(CORNERS, world(CORNERS), header))
     ran = run("register", "-", "--pairs", table, "--json")
     assert ran.code == 0, ran.err
@@ -86,7 +86,7 @@ def test_decimal_commas_and_semicolons_are_read(run, write: Write) -> None:
     np.testing.assert_allclose(turn_of(told), TURN, atol=1e-6)
 
 
-def test_check_points_take_no_part(run, write: Write) -> None:
+def test_check_points_are_excluded_from_the_fit(run, write: Write) -> None:
     there = world(CORNERS)
     there[6:] += [5.0, -3.0, 2.0]
     rows = pairs_text(CORNERS, there).splitlines()
@@ -102,7 +102,7 @@ def test_check_points_take_no_part(run, write: Write) -> None:
     assert told["rms_check_m"] == pytest.approx(np.sqrt(38), abs=1e-3)
 
 
-def test_a_wrong_point_is_named_with_its_size(run, write: Write) -> None:
+def test_blunder_is_reported_with_its_size(run, write: Write) -> None:
     there = world(CORNERS) + np.random.default_rng(3).normal(size=CORNERS.shape) * 0.01
     there[4, 0] += 2.0
     told = run("register", "-", "--pairs", write(pairs_text(CORNERS, there, HEADER)), "--json").json
@@ -119,7 +119,7 @@ def test_exchanged_easting_and_northing_are_recognised(run, write: Write) -> Non
     assert np.linalg.det(turn_of(told)) == pytest.approx(1.0)
 
 
-def test_the_placed_model_is_written_and_its_planes_turn(run, write: Write, tmp_path: Path) -> None:
+def test_registered_model_is_written(run, write: Write, tmp_path: Path) -> None:
     faces = "3 0 1 2\n3 1 4 3\n3 2 3 5\n"
     head = (
         "ply\nformat ascii 1.0\nelement vertex 8\nproperty double x\nproperty double y\n"
@@ -140,7 +140,7 @@ def test_the_placed_model_is_written_and_its_planes_turn(run, write: Write, tmp_
     assert again.json["error"]["code"] == "output.exists"
 
 
-def test_the_placement_alone_is_written_as_its_json(run, write: Write, tmp_path: Path) -> None:
+def test_registration_is_written_as_json(run, write: Write, tmp_path: Path) -> None:
     table = write(pairs_text(CORNERS, world(CORNERS), HEADER))
     out = tmp_path / "place.json"
     ran = run("register", "-", "--pairs", table, "-o", out, "--json")
@@ -185,7 +185,7 @@ def test_positions_without_a_crs_cannot_be_converted(run, write: Write) -> None:
     assert ran.json["error"]["code"] == "frame.no-crs"
 
 
-def test_the_stated_axis_and_unit_place_what_is_not_observed(run, write: Write) -> None:
+def test_stated_axis_and_unit_fill_in_unobserved_parts(run, write: Write) -> None:
     model = write("x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in CORNERS), "m.csv")
     north = ("--bearing", "0,0,0,0,0,-9,0", "--up", "y", "--unit", "cm")
     told = run("register", model, *north, "--json").json
@@ -206,14 +206,14 @@ def test_a_stated_unit_fixes_the_scale(run, write: Write) -> None:
 
 
 @pytest.mark.parametrize("option", [("--up", "y"), ("--unit", "cm")])
-def test_the_frame_of_a_file_needs_a_file(run, write: Write, option: tuple[str, str]) -> None:
+def test_up_and_unit_options_need_a_model_file(run, write: Write, option: tuple[str, str]) -> None:
     pairs = write(pairs_text(CORNERS, world(CORNERS), HEADER))
     error = run("register", "-", "--pairs", pairs, *option, "--json").json["error"]
     assert (error["code"], error["option"]) == ("option.needs-model", option[0])
 
 
 # --- other observations -----------------------------------------------------------------------
-def test_one_length_and_one_azimuth_are_partial(run) -> None:
+def test_one_length_and_one_azimuth_give_partial_registration(run) -> None:
     told = run(
         "register", "-", "--scale", "0,0,0,2,0,0,5", "--bearing", "0,0,0,1,0,0,30", "--json"
     ).json
@@ -226,7 +226,7 @@ def test_one_length_and_one_azimuth_are_partial(run) -> None:
     assert told["rotation_error_95_deg"]["weakest"]["error_deg"] is None
 
 
-def test_compass_planes_turn_the_model_and_state_how_well(run, write: Write) -> None:
+def test_compass_planes_rotate_model_with_stated_error(run, write: Write) -> None:
     rng = np.random.default_rng(5)
     rows = ["dip_direction,dip,model_x,model_y,model_z,sigma_deg"]
     for normal in Rotation.random(12, random_state=4).as_matrix()[:, 0]:
@@ -243,7 +243,7 @@ def test_compass_planes_turn_the_model_and_state_how_well(run, write: Write) -> 
     assert told["known"] == {"north": True, "vertical": True, "scale": False, "position": False}
 
 
-def test_the_azimuth_of_a_table_of_orientations_is_an_option(run, tmp_path: Path) -> None:
+def test_azimuth_option_applies_to_orientation_table(run, tmp_path: Path) -> None:
     table = tmp_path / "compass.csv"
     table.write_text(
         "azimuth,dip,model_x,model_y,model_z\n90,90,1,0,0\n0,90,0,1,0\n45,30,0.3536,0.3536,0.866\n"
@@ -257,7 +257,7 @@ def test_the_azimuth_of_a_table_of_orientations_is_an_option(run, tmp_path: Path
 
 
 @pytest.mark.full
-def test_a_strike_read_as_a_dip_direction_is_named(run, write: Write) -> None:
+def test_strike_entered_as_dip_direction_is_reported(run, write: Write) -> None:
     rows = ["id,dip_direction,dip,model_x,model_y,model_z,sigma_deg"]
     for number, normal in enumerate(Rotation.random(9, random_state=8).as_matrix()[:, 0]):
         plane = Plane.from_normal(TURN @ normal)
@@ -267,7 +267,7 @@ def test_a_strike_read_as_a_dip_direction_is_named(run, write: Write) -> None:
     assert "B5" in [b["label"] for b in told["blunders"]]
 
 
-def test_scale_bars_place_or_judge(run, write: Write) -> None:
+def test_scale_bars_can_be_check_bars(run, write: Write) -> None:
     table = write(pairs_text(CORNERS, world(CORNERS), HEADER))
     longer = 1.1 * SCALE * np.linalg.norm(CORNERS[1] - CORNERS[0])
     bars = write(f"from,to,length_m,sigma_m,use\nP0,P1,{longer},0.01,check\n", "bars.csv")
@@ -325,7 +325,7 @@ def stations(tmp_path: Path) -> tuple[Path, Array, list[View]]:
     return model, centres, list(read_cameras(tmp_path / "cameras.json").views)
 
 
-def test_camera_positions_place_the_model_and_wrong_ones_are_left_out(
+def test_camera_positions_register_model_and_outliers_are_left_out(
     run, write: Write, stations
 ) -> None:
     model, centres, _ = stations
@@ -357,7 +357,7 @@ def test_positions_in_degrees_need_a_crs_and_use_it(run, write: Write, stations)
     assert any("ellipsoid" in said for said in messages(told))
 
 
-def test_cameras_on_a_line_and_noise_as_large_as_the_baseline_are_refused(
+def test_collinear_cameras_and_excessive_noise_are_refused(
     run, write: Write, tmp_path: Path
 ) -> None:
     line = np.column_stack([np.linspace(0, 20, 8), np.full(8, -15.0), np.full(8, 2.0)])
@@ -409,9 +409,7 @@ def test_attitudes_turn_the_model(run, write: Write, tmp_path: Path, stations, r
     assert told["known"] == {"north": True, "vertical": True, "scale": False, "position": False}
 
 
-def test_a_compass_that_is_wrong_for_all_photos_alike_is_doubted(
-    run, write: Write, stations
-) -> None:
+def test_systematic_compass_error_increases_azimuth_error(run, write: Write, stations) -> None:
     model, _, views = stations
     rows = []
     for number, view in enumerate(views):
@@ -428,7 +426,7 @@ def test_a_compass_that_is_wrong_for_all_photos_alike_is_doubted(
     assert (turn_of(told) @ TURN.T)[2] == pytest.approx([0, 0, 1], abs=1e-6)
 
 
-def test_level_lines_of_one_view_leave_the_tilt_about_it(
+def test_horizon_lines_of_one_view_leave_tilt_undetermined(
     run, write: Write, tmp_path: Path, stations
 ) -> None:
     model, _, views = stations
@@ -461,7 +459,7 @@ def marked_corners(write: Write, views, label: str = "P{}", photo: str = "{}"):
     return control, marks
 
 
-def test_marks_in_photos_place_the_control_points(run, write: Write, stations) -> None:
+def test_marks_in_photos_locate_control_points(run, write: Write, stations) -> None:
     model, _, views = stations
     control, marks = marked_corners(write, views[:4])
     told = run(
@@ -478,7 +476,7 @@ def test_marks_in_photos_place_the_control_points(run, write: Write, stations) -
     assert [p["pixels"] for p in told["control"]] == pytest.approx([0.0] * 8, abs=0.01)
 
 
-def test_residuals_of_marks_are_told_in_pixels(run, write: Write, stations) -> None:
+def test_mark_residuals_are_reported_in_pixels(run, write: Write, stations) -> None:
     """A check point that is given 0.1 m too far along the image plane of a camera 35 m away is seen
     0.1 / distance x focal length beside its marks."""
     model, _, views = stations
@@ -547,7 +545,7 @@ def test_points_that_define_no_registration_are_refused(
         (HEADER + ",sigma_x,sigma_y,sigma_z\nA,1,2,3,4,5,6,0,1,1\n", "table.not-positive", 2),
     ],
 )
-def test_what_is_wrong_with_a_table_has_a_code_and_a_line(
+def test_table_errors_have_code_and_line(
     run, write: Write, text: str, code: str, line: int
 ) -> None:
     ran = run("register", "-", "--pairs", write(text), "--json")
@@ -567,7 +565,7 @@ def test_what_is_wrong_with_a_table_has_a_code_and_a_line(
         (("--marks", "x.csv"), "option.requires"),
     ],
 )
-def test_what_is_wrong_with_the_options_is_said(run, words: tuple[str, ...], code: str) -> None:
+def test_option_errors_have_code_and_field(run, words: tuple[str, ...], code: str) -> None:
     ran = run("register", "-", *words, "--json")
     assert (ran.code, ran.json["error"]["code"]) == (2, code)
     if words:
@@ -595,7 +593,7 @@ def wall_and_copy(folder: Path) -> tuple[Path, Path, Array]:
     return *paths, truth
 
 
-def test_a_reference_places_a_model_with_its_error(run, tmp_path: Path) -> None:
+def test_reference_surface_registers_model_with_error(run, tmp_path: Path) -> None:
     reference, model, truth = wall_and_copy(tmp_path)
     out = tmp_path / "placed.laz"
     ran = run("register", model, "--reference", reference, "-o", out, "--json")
@@ -616,7 +614,9 @@ def test_a_reference_places_a_model_with_its_error(run, tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_points_bring_a_model_near_which_is_then_fitted(run, write: Write, tmp_path: Path) -> None:
+def test_points_give_coarse_registration_refined_by_reference(
+    run, write: Write, tmp_path: Path
+) -> None:
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.io.models.writing import write_model
 
@@ -639,7 +639,7 @@ def test_points_bring_a_model_near_which_is_then_fitted(run, write: Write, tmp_p
     assert fine < 0.5 * rough
 
 
-def test_two_points_go_with_a_reference_but_do_not_replace_it(
+def test_two_points_complement_but_do_not_replace_reference(
     run, write: Write, tmp_path: Path
 ) -> None:
     """Two points alone leave a turn about their line; with the surfaces they are two more
@@ -656,7 +656,7 @@ def test_two_points_go_with_a_reference_but_do_not_replace_it(
 
 
 @pytest.mark.full
-def test_a_mask_says_what_of_the_reference_counts(run, write: Write, tmp_path: Path) -> None:
+def test_mask_limits_the_part_of_reference_used(run, write: Write, tmp_path: Path) -> None:
     reference, model, truth = wall_and_copy(tmp_path)
     low, high = truth.min(axis=0), truth.max(axis=0)
     ring = [
@@ -691,7 +691,7 @@ def test_a_mask_says_what_of_the_reference_counts(run, write: Write, tmp_path: P
     assert "MODEL" in run("register", "-", "--reference", reference).said
 
 
-def test_a_model_of_a_project_is_fitted_to_a_reference(run, tmp_path: Path) -> None:
+def test_project_model_is_registered_to_reference(run, tmp_path: Path) -> None:
     reference, model, truth = wall_and_copy(tmp_path)
     project = tmp_path / "wall.vom"
     import vomstudio as vs
@@ -721,7 +721,7 @@ def test_a_model_of_a_project_is_fitted_to_a_reference(run, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("places", ["0,0,0", "0,0,0\n1,0,0", "0,0,0\n1,0,0\n2,0,0\n3,0,0"])
-def test_pairs_that_place_nothing_are_named(run, tmp_path: Path, places: str) -> None:
+def test_error_for_insufficient_pairs_names_the_file(run, tmp_path: Path, places: str) -> None:
     table = tmp_path / "pairs.csv"
     rows = [f"p{i},{place},{place}" for i, place in enumerate(places.splitlines())]
     table.write_text("\n".join(["label,model_x,model_y,model_z,x,y,z", *rows]))
@@ -735,7 +735,7 @@ def test_pairs_that_place_nothing_are_named(run, tmp_path: Path, places: str) ->
         [("p{}", "{}", "p0 (P0?)"), ("P{}", "x/DSC{}", "DSC"), ("P 0{}", "{}", "P 00 (P0?)")]
     ),
 )
-def test_marks_that_meet_nothing_are_told_as_the_cause(
+def test_unmatched_marks_are_reported_as_the_cause(
     run, write: Write, stations, label: str, photo: str, said: str
 ) -> None:
     model, _, views = stations

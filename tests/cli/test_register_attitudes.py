@@ -114,7 +114,7 @@ def up_of(told: dict) -> Array:
 
 
 # --- drones ---------------------------------------------------------------------------------------
-def test_gimbals_turn_the_model(run, model: Path) -> None:
+def test_gimbal_angles_rotate_the_model(run, model: Path) -> None:
     folder = drones(model.parent / "photos", VIEWS)
     told = run("register", model, "--attitudes", "--json").json
     assert off_deg(told) < 1e-4
@@ -128,7 +128,7 @@ def test_gimbals_turn_the_model(run, model: Path) -> None:
     assert sure["rotation_error_95_deg"]["about_up"] == pytest.approx(3.92, abs=0.1)
 
 
-def test_gimbals_that_did_not_report_are_reported_and_not_used(run, model: Path) -> None:
+def test_unmeasured_gimbal_angles_are_reported_and_not_used(run, model: Path) -> None:
     folder = model.parent / "photos"
     zero = maker.drone_xmp(
         GimbalYawDegree="+0.00", GimbalPitchDegree="+0.00", GimbalRollDegree="+0.00"
@@ -146,7 +146,7 @@ def test_gimbals_that_did_not_report_are_reported_and_not_used(run, model: Path)
     assert (refused.code, refused.json["error"]["code"]) == (2, "photo.angles-not-measured")
 
 
-def test_a_geo_file_filled_with_zeros_states_no_angles(run, model: Path) -> None:
+def test_zero_angles_in_geo_file_are_ignored(run, model: Path) -> None:
     rows = [f"{v.name} {' '.join(map(str, world(v.centre[None])[0]))} 0 0 0" for v in VIEWS]
     geo = model.parent / "geo.txt"
     geo.write_text("\n".join(["EPSG:32633", *rows]))
@@ -155,7 +155,7 @@ def test_a_geo_file_filled_with_zeros_states_no_angles(run, model: Path) -> None
     assert off_deg(told) < 1e-4
 
 
-def test_angles_in_a_comment_turn_the_model(run, model: Path) -> None:
+def test_angles_in_exif_comment_rotate_the_model(run, model: Path) -> None:
     folder = model.parent / "photos"
     for number, view in enumerate(VIEWS):
         yaw, pitch, roll = gimbal(view)
@@ -166,7 +166,7 @@ def test_angles_in_a_comment_turn_the_model(run, model: Path) -> None:
     assert "photo.angles-in-comment" in codes(told)
 
 
-def test_heights_are_those_of_xmp_where_exif_contradicts_their_sign(run, model: Path) -> None:
+def test_altitude_of_xmp_is_used_if_exif_sign_contradicts(run, model: Path) -> None:
     """EXIF writes "below sea level" for heights above it."""
     folder = model.parent / "photos"
     for number, view in enumerate(VIEWS):
@@ -182,7 +182,7 @@ def test_heights_are_those_of_xmp_where_exif_contradicts_their_sign(run, model: 
     assert told["matrix"][2][3] == pytest.approx(320.0, abs=0.5)
 
 
-def test_true_north_is_turned_to_that_of_the_map(run, model: Path) -> None:
+def test_true_north_is_converted_to_grid_north(run, model: Path) -> None:
     """The convergence of a Mercator map is nearly (longitude - middle) sin(latitude)."""
     longitude, latitude, _ = degrees(world(np.zeros((1, 3))))[0]
     convergence = (longitude - 15.0) * np.sin(np.radians(latitude))
@@ -192,7 +192,7 @@ def test_true_north_is_turned_to_that_of_the_map(run, model: Path) -> None:
     assert any(f"{-convergence:+.1f}°" in said for said in messages(told))
 
 
-def test_some_photos_in_portrait_are_named(run, model: Path) -> None:
+def test_photos_with_unstated_portrait_orientation_are_reported(run, model: Path) -> None:
     """A camera that was held upright and says nothing of it."""
     odd = [portrait(v) if number in (2, 5) else v for number, v in enumerate(VIEWS)]
     with_cameras(model.parent, odd)
@@ -209,7 +209,7 @@ def test_some_photos_in_portrait_are_named(run, model: Path) -> None:
 
 # --- phones ---------------------------------------------------------------------------------------
 @pytest.mark.parametrize("upright", [False, True])
-def test_phones_without_a_compass_give_the_vertical_alone(run, model: Path, upright: bool) -> None:
+def test_phones_without_compass_give_only_the_vertical(run, model: Path, upright: bool) -> None:
     views = [portrait(v) for v in VIEWS] if upright else VIEWS
     with_cameras(model.parent, views)
     folder = phones(model.parent / "photos", views, orientation=6 if upright else 1)
@@ -220,7 +220,7 @@ def test_phones_without_a_compass_give_the_vertical_alone(run, model: Path, upri
     assert all(p["yaw_deg"] is None and abs(p["roll_deg"]) < 0.01 for p in told["attitudes"])
 
 
-def test_phones_whose_photos_a_program_turned_upright(run, model: Path) -> None:
+def test_phone_photos_rotated_upright_by_a_program_give_the_vertical(run, model: Path) -> None:
     """It saw them wider than high; the phone stored them as its sensor lies, on its side."""
     stored = [portrait(v) for v in VIEWS]
     lens = files.LENS
@@ -243,7 +243,7 @@ def test_phones_whose_photos_a_program_turned_upright(run, model: Path) -> None:
     np.testing.assert_allclose(up_of(told), TURN[2], atol=1e-5)
 
 
-def test_phones_by_magnetic_north(run, model: Path) -> None:
+def test_phone_headings_are_corrected_for_declination(run, model: Path) -> None:
     """Of the day and place of each photo; the declination itself has tests of its own."""
     from datetime import date
 
@@ -276,7 +276,7 @@ def test_phones_by_magnetic_north(run, model: Path) -> None:
     assert off_deg(given) == pytest.approx(1.0, abs=0.01)
 
 
-def test_a_compass_that_is_off_is_told_by_what_else_is_known(
+def test_systematic_compass_error_is_detected_from_camera_positions(
     run, write: Write, model: Path
 ) -> None:
     folder = phones(model.parent / "photos", VIEWS, 15.0, "T")
@@ -299,7 +299,7 @@ def test_a_compass_that_is_off_is_told_by_what_else_is_known(
     assert turn["correction_deg"] == -90.0
 
 
-def test_one_compass_that_was_wrong_is_left_out(run, model: Path) -> None:
+def test_single_wrong_compass_reading_is_left_out(run, model: Path) -> None:
     rng = np.random.default_rng(0)
     folder = model.parent / "photos"
     for number, view in enumerate(VIEWS):
@@ -310,7 +310,7 @@ def test_one_compass_that_was_wrong_is_left_out(run, model: Path) -> None:
     assert off_deg(told) < 3.0
 
 
-def test_one_vertical_that_is_off_is_named_with_its_size(run, model: Path) -> None:
+def test_single_wrong_vertical_is_reported_with_its_size(run, model: Path) -> None:
     """By less than is left out; what all photos share takes nothing from it."""
     rng = np.random.default_rng(1)
     shaken = []
@@ -330,7 +330,7 @@ def test_one_vertical_that_is_off_is_named_with_its_size(run, model: Path) -> No
     assert blunder["error_deg"] == pytest.approx(off, abs=0.3)
 
 
-def test_one_photo_that_was_turned_is_told_by_its_vertical(run, model: Path) -> None:
+def test_rotated_photo_is_detected_from_its_vertical(run, model: Path) -> None:
     """A program turned it upright, and nothing in the photo says so."""
     odd = [portrait(v) if number == 4 else v for number, v in enumerate(VIEWS)]
     folder = phones(model.parent / "photos", odd)
@@ -354,7 +354,7 @@ def test_one_photo_that_was_turned_is_told_by_its_vertical(run, model: Path) -> 
         ("#Label\tYaw\tPitch\tRoll", "{n}\t{y}\t{p}\t{r}"),
     ],
 )
-def test_tables_of_apps_are_understood(
+def test_attitude_tables_of_other_programs_are_read(
     run, write: Write, model: Path, head: str, form: str
 ) -> None:
     rows = [head]
@@ -367,7 +367,7 @@ def test_tables_of_apps_are_understood(
     assert told["known"] == ALL
 
 
-def test_geo_txt_has_the_angles_of_an_aircraft(run, write: Write, model: Path) -> None:
+def test_geo_txt_angles_are_read_as_aircraft_angles(run, write: Write, model: Path) -> None:
     """By the matrices of Pix4D's convention: a camera that looks down has pitch 0."""
     ned = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
     rows = ["EPSG:32633"]
@@ -393,7 +393,7 @@ def test_geo_txt_has_the_angles_of_an_aircraft(run, write: Write, model: Path) -
         (lambda y, p, r: (y, p, r + 180 if r < 0 else r - 180), "upside down"),
     ],
 )
-def test_angles_of_other_conventions_are_named(
+def test_angles_in_other_conventions_are_reported(
     run, write: Write, model: Path, change, said: str
 ) -> None:
     rows = ["photo,yaw,pitch,roll"]
@@ -425,7 +425,7 @@ def test_angles_of_other_conventions_are_named(
         ),
     ],
 )
-def test_what_is_wrong_with_a_table_of_attitudes_is_said(
+def test_attitude_table_errors_have_code_and_line(
     run, write: Write, model: Path, text: str, line: int, code: str
 ) -> None:
     ran = run("register", model, "--attitudes", write(text), "--json")
@@ -433,7 +433,7 @@ def test_what_is_wrong_with_a_table_of_attitudes_is_said(
     assert (ran.json["error"]["code"], ran.json["error"]["line"]) == (code, line)
 
 
-def test_photos_that_say_nothing_are_refused(run, model: Path) -> None:
+def test_photos_without_angles_are_refused(run, model: Path) -> None:
     ran = run("register", model, "--attitudes")
     assert ran.code == 2
     assert "was found" in ran.said
@@ -457,7 +457,7 @@ def test_azimuths_by_compass_need_a_declination(run) -> None:
         assert run("register", "-", *line, *bad).code == 2
 
 
-def test_the_day_and_the_place_give_the_declination(run, write: Write) -> None:
+def test_declination_is_computed_from_date_and_position(run, write: Write) -> None:
     """Places come from the points, the azimuth adds nothing but its own sentence."""
     from datetime import date
 
@@ -496,7 +496,7 @@ def test_the_day_and_the_place_give_the_declination(run, write: Write) -> None:
     assert run(*words, "--json").json["error"]["code"] == "north.no-declination"
 
 
-def test_a_magnetic_table_without_a_day_is_taken_as_it_is_and_said(
+def test_magnetic_table_without_date_is_not_corrected_with_warning(
     run, write: Write, model: Path
 ) -> None:
     rows = ["photo,yaw,pitch,roll,north"]

@@ -67,7 +67,9 @@ def reference(folder: Path) -> Path:
 
 
 @pytest.mark.parametrize("kind", [colmap, metashape, opensfm, shots, reference])
-def test_positions_place_a_model_of_any_program(run, write: Write, model: Path, kind) -> None:
+def test_camera_positions_register_model_of_any_program(
+    run, write: Write, model: Path, kind
+) -> None:
     path = kind(model.parent)
     rows = ["photo,x,y,z"]
     rows += [f"{v.name},{','.join(f'{c:.6f}' for c in world(v.centre))}" for v in VIEWS]
@@ -84,7 +86,9 @@ def test_positions_place_a_model_of_any_program(run, write: Write, model: Path, 
     np.testing.assert_allclose(alone["matrix"], named["matrix"], rtol=1e-6)
 
 
-def test_centres_alone_take_no_attitudes(run, write: Write, model: Path) -> None:
+def test_camera_file_with_only_centres_is_refused_for_attitudes(
+    run, write: Write, model: Path
+) -> None:
     path = reference(model.parent)
     table = write("photo,yaw,pitch,roll\nIMG_01.jpg,10,0,0\n")
     ran = run("register", model, "--attitudes", table, "--model-cameras", path)
@@ -92,7 +96,7 @@ def test_centres_alone_take_no_attitudes(run, write: Write, model: Path) -> None
     assert "only centres" in ran.said
 
 
-def test_photos_of_other_names_are_said(run, write: Write, model: Path) -> None:
+def test_unmatched_photo_names_are_reported(run, write: Write, model: Path) -> None:
     colmap(model.parent)
     ran = run("register", model, "--cameras", write("photo,x,y,z\nDSC1.jpg,1,2,3\n"))
     assert ran.code == 2
@@ -152,7 +156,7 @@ def test_geo_txt_in_another_crs_is_converted(run, write: Write, model: Path) -> 
     np.testing.assert_allclose(again["matrix"], told["matrix"], rtol=1e-6)
 
 
-def test_positions_in_feet_by_their_crs_are_converted(run, write: Write, model: Path) -> None:
+def test_positions_in_feet_are_converted_to_given_crs(run, write: Write, model: Path) -> None:
     colmap(model.parent)
     foot = 1200 / 3937
     head = "+proj=utm +zone=33 +datum=WGS84 +units=us-ft +no_defs"
@@ -178,7 +182,7 @@ def test_the_reference_of_metashape_gives_positions(run, write: Write, model: Pa
     assert off_deg(told) < 0.01
 
 
-def test_gps_of_a_folder_of_photos_with_heights_of_two_kinds(run, model: Path) -> None:
+def test_gps_heights_of_different_kinds_are_reported(run, model: Path) -> None:
     colmap(model.parent)
     folder = model.parent / "taken here"
     for number, (view, (longitude, latitude, z)) in enumerate(
@@ -206,7 +210,7 @@ def test_gps_of_a_folder_of_photos_with_heights_of_two_kinds(run, model: Path) -
         (THERE / [0.3048, 0.3048, 1], "control.other-unit"),
     ],
 )
-def test_positions_that_mean_something_else_are_named(
+def test_swapped_columns_and_wrong_units_are_reported(
     run, write: Write, model: Path, changed: Array, code: str
 ) -> None:
     colmap(model.parent)
@@ -233,7 +237,7 @@ def test_longitude_and_latitude_exchanged_are_refused(run, write: Write, model: 
         ("EPSG:32633\nA 1 2\n", None, None),
     ],
 )
-def test_what_is_wrong_with_geo_txt_is_said(
+def test_geo_txt_errors_have_code_and_line(
     run, write: Write, model: Path, text_: str, line: int | None, code: str | None
 ) -> None:
     colmap(model.parent)

@@ -24,7 +24,7 @@ def level_line(azimuth_deg: float, sigma: str = "") -> str:
     return ",".join(f"{v:.9f}" for v in (*start, *(start + 4.0 * along))) + sigma
 
 
-def test_two_level_lines_level_a_model_and_tell_no_more(run) -> None:
+def test_two_level_lines_determine_only_the_vertical(run) -> None:
     lines = [level_line(10.0), level_line(100.0)]
     ran = run("register", "-", "--level", lines[0], "--level", lines[1], "--json")
     assert ran.code == 0, ran.err
@@ -44,13 +44,13 @@ def test_two_level_lines_level_a_model_and_tell_no_more(run) -> None:
     )
 
 
-def test_one_line_leaves_the_tilt_about_itself(run) -> None:
+def test_one_level_line_leaves_tilt_about_it_undetermined(run) -> None:
     ran = run("register", "-", "--level", level_line(10.0), "--json")
     assert ran.code == 0, ran.err
     assert ran.json["known"]["vertical"] is False
 
 
-def test_its_error_can_be_stated_and_it_is_combined(run) -> None:
+def test_level_line_error_can_be_stated_and_combined_with_scale(run) -> None:
     given = [level_line(10.0, ",2"), level_line(100.0, ",2")]
     options = [word for text in given for word in ("--level", text)]
     ends = ",".join(f"{v:.9f}" for v in (*CORNERS[0], *CORNERS[1]))
@@ -75,7 +75,7 @@ def test_its_error_can_be_stated_and_it_is_combined(run) -> None:
         ("1,2,3,4,5,6,1e-200", "accuracy.out-of-range", {"value": 1e-200}),
     ],
 )
-def test_what_is_no_line_is_refused(
+def test_invalid_level_line_is_refused(
     run: Run, text: str, code: str, values: dict[str, object]
 ) -> None:
     ran = run("register", "-", "--level", text, "--json")
@@ -84,7 +84,7 @@ def test_what_is_no_line_is_refused(
 
 
 @pytest.mark.full
-def test_true_level_lines_lie_within_the_stated_error() -> None:
+def test_true_vertical_lies_within_stated_error_of_level_lines() -> None:
     """Of 400 models by 3 to 6 lines of half a degree: 95 % for each axis."""
     from scipy.spatial.transform import Rotation
 
@@ -115,7 +115,7 @@ def test_true_level_lines_lie_within_the_stated_error() -> None:
     assert ((share > 0.92) & (share < 0.98)).all()
 
 
-def test_a_model_of_a_file_by_the_python_interface(tmp_path) -> None:
+def test_python_function_registers_model_file(tmp_path) -> None:
     path = tmp_path / "cliff.ply"
     write_model(Mesh(CORNERS, np.array([[0, 1, 2], [0, 1, 3]], np.int32)), None, path)
     table = tmp_path / "cameras.csv"

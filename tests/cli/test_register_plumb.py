@@ -27,7 +27,7 @@ def codes(ran) -> set[str]:
     return {each["code"] for each in ran.json["warnings"]}
 
 
-def test_the_command_and_python_level_a_model_by_a_plumb_line(run) -> None:
+def test_plumb_line_levels_model_by_command_and_python(run) -> None:
     ran = run("register", "-", "--plumb", text(PLUMB), "--json")
     assert ran.code == 0, ran.err
     assert turn_of(ran.json) @ UP == pytest.approx([0.0, 0.0, 1.0], abs=1e-6)
@@ -46,7 +46,7 @@ def test_the_command_and_python_level_a_model_by_a_plumb_line(run) -> None:
 
 
 @pytest.mark.parametrize("wrong", ["1,2,3,4,5", "1,2,3,1,2,3", "1,2,3,4,5,6,0", "1,2,3,4,5,6,46"])
-def test_what_is_no_plumb_line_is_refused(run, wrong: str) -> None:
+def test_invalid_plumb_line_is_refused(run, wrong: str) -> None:
     ran = run("register", "-", "--plumb", wrong)
     assert ran.code == 2
     assert "--plumb" in ran.err
@@ -56,7 +56,7 @@ def test_what_is_no_plumb_line_is_refused(run, wrong: str) -> None:
 READ = ("register", "-", "--plumb", text(PLUMB), "--bearing", azimuth(40.0), "--json")
 
 
-def test_readings_from_magnetic_north_may_all_be_off_by_two_degrees(run) -> None:
+def test_magnetic_readings_share_default_north_error(run) -> None:
     ran = run(*READ, "--north", "magnetic", "--declination", "4")
     assert ran.json["north_sigma_deg"] == 2.0
     error = ran.json["rotation_error_deg"]["about_up"]
@@ -65,7 +65,7 @@ def test_readings_from_magnetic_north_may_all_be_off_by_two_degrees(run) -> None
     assert "registration.compass-alone" in codes(ran)
 
 
-def test_readings_from_grid_north_warn_as_well_and_stated_offsets_do_not(run) -> None:
+def test_compass_only_registration_warns_unless_north_error_is_stated(run) -> None:
     grid = run(*READ)
     assert grid.json["north_sigma_deg"] == 0.0
     assert "registration.compass-alone" in codes(grid)
@@ -78,7 +78,7 @@ def test_readings_from_grid_north_warn_as_well_and_stated_offsets_do_not(run) ->
     assert "registration.compass-alone" not in codes(level)
 
 
-def test_points_know_north_beside_a_compass(run, tmp_path) -> None:
+def test_points_with_compass_give_no_compass_only_warning(run, tmp_path) -> None:
     table = tmp_path / "pairs.csv"
     rows = zip(CORNERS.tolist(), world(CORNERS).tolist(), strict=True)
     table.write_text(
@@ -92,9 +92,7 @@ def test_points_know_north_beside_a_compass(run, tmp_path) -> None:
 
 # --- the upright of photos ------------------------------------------------------------------------
 @pytest.mark.parametrize("scaled", [False, True])
-def test_a_model_of_photos_without_positions_stands_as_they_were_held(
-    run, tmp_path, scaled: bool
-) -> None:
+def test_unpositioned_photo_model_keeps_orientation_of_photos(run, tmp_path, scaled: bool) -> None:
     from vomstudio.geometry.cameras import Intrinsics, View
     from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.models.writing import write_model

@@ -27,7 +27,7 @@ def readings_table(path, wrong: str) -> None:
 
 @pytest.mark.full
 @pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
-def test_the_command_names_it_and_leaves_it_out_when_asked(run, tmp_path) -> None:
+def test_wrong_reading_is_reported_and_left_out_on_request(run, tmp_path) -> None:
     table = tmp_path / "readings.csv"
     readings_table(table, "B4")
     ran = run("register", "-", "--orientations", str(table), "--json")
@@ -46,7 +46,7 @@ def test_the_command_names_it_and_leaves_it_out_when_asked(run, tmp_path) -> Non
     assert np.array(again.matrix)[:3, :3] == pytest.approx(turn, abs=1e-9)
 
 
-def test_points_and_lines_are_left_out_too(run, tmp_path) -> None:
+def test_without_option_applies_to_control_points(run, tmp_path) -> None:
     table = tmp_path / "pairs.csv"
     rows = [(0, 0, 0), (9, 0, 0), (0, 8, 1), (3, 2, 7), (5, 6, 0.5)]
     lines = ["label,model_x,model_y,model_z,x,y,z"]
@@ -59,7 +59,7 @@ def test_points_and_lines_are_left_out_too(run, tmp_path) -> None:
     assert [point["label"] for point in right["control"]] == ["P0", "P1", "P2", "P4"]
 
 
-def test_a_label_that_is_not_there_is_refused_with_what_is_near(run, tmp_path) -> None:
+def test_unknown_label_is_refused_with_similar_ones(run, tmp_path) -> None:
     table = tmp_path / "readings.csv"
     readings_table(table, "")
     ran = run("register", "-", "--orientations", str(table), "--without", "B44")
@@ -69,7 +69,7 @@ def test_a_label_that_is_not_there_is_refused_with_what_is_near(run, tmp_path) -
 
 
 @pytest.mark.full
-def test_what_readings_look_like_is_said(run, tmp_path) -> None:
+def test_suspicious_readings_are_reported(run, tmp_path) -> None:
     table = tmp_path / "readings.csv"
     readings_table(table, "")
     rows = table.read_text().splitlines()
@@ -93,7 +93,7 @@ def test_what_readings_look_like_is_said(run, tmp_path) -> None:
 
 
 @pytest.mark.parametrize(("column", "value"), [("sigma", "500"), ("sigma", "0"), ("sigma", "-2")])
-def test_an_accuracy_that_cannot_be_is_refused_with_its_line(run, tmp_path, column, value) -> None:
+def test_invalid_accuracy_is_refused_with_its_line(run, tmp_path, column, value) -> None:
     table = tmp_path / "readings.csv"
     readings_table(table, "")
     rows = table.read_text().splitlines()
@@ -105,7 +105,7 @@ def test_an_accuracy_that_cannot_be_is_refused_with_its_line(run, tmp_path, colu
     assert "line 2" in ran.err
 
 
-def test_azimuths_and_labels_that_cannot_be_are_refused(run) -> None:
+def test_invalid_azimuths_and_labels_are_refused(run) -> None:
     assert run("register", "-", "--bearing", "0,0,0,1,0,0,400").code == 2
     with refused("argument.wrong-type", type="int", expected="list", field="without"):
         vs.register("-", level=[[0, 0, 0, 1, 0, 0]], without=3)

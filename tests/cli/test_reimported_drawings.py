@@ -183,7 +183,7 @@ def test_edited_traces_change_only_if_requested(drawing: Drawing) -> None:
     assert ids(drawing.reimport(file)["unchanged"]) == {row["id"] for row, _ in rows}
 
 
-def test_new_and_edited_lines_are_one_step(drawing: Drawing) -> None:
+def test_new_and_edited_lines_are_one_undo_step(drawing: Drawing) -> None:
     rows = drawing.rows()
     before = drawing.features()
     rows[0] = (rows[0][0], shapely.affinity.translate(rows[0][1], 0.4, 0.1))
@@ -196,7 +196,7 @@ def test_new_and_edited_lines_are_one_step(drawing: Drawing) -> None:
 
 
 @pytest.mark.full
-def test_a_copy_with_the_same_id_is_a_new_trace_of_its_kind_and_set(drawing: Drawing) -> None:
+def test_copied_line_with_same_id_becomes_new_trace(drawing: Drawing) -> None:
     rows = drawing.rows()
     words, shape = rows[0]
     copy = (dict(words, kind="Joint", set="J7"), shapely.affinity.translate(shape, 0.4, 0.1))

@@ -27,7 +27,7 @@ TABLE = (
 )
 
 
-def test_angles_of_each_pair_and_what_is_missing(run, write) -> None:
+def test_angles_of_pairs_and_missing_first_picks_are_reported(run, write) -> None:
     found = run("repeats", write(TABLE), "--json").json
     assert (found["n"], found["structures"], found["repeats"]) == (3, 2, 3)
     angles = {(p["first"], p["repeat"]): p["angle_deg"] for p in found["pairs"]}
@@ -45,14 +45,14 @@ def test_angles_of_each_pair_and_what_is_missing(run, write) -> None:
     assert shown_values(words.out, "feature.left-out")["feature"].split()[-1] == "f"
 
 
-def test_errors_of_the_registration_are_in_both_picks(run, write) -> None:
+def test_registration_errors_are_excluded_from_repeat_errors(run, write) -> None:
     errors = "max_confidence95_deg,registration_error_deg,total95_deg"
     head = f"id,dip_direction,dip,{errors},repeat_of\n"
     rows = "a,90,40,3,4,5,\nb,90,41,3,4,5,a\n"
     assert run("repeats", write(head + rows), "--json").json["stated95_deg"] == pytest.approx(3.0)
 
 
-def test_structures_named_by_a_column_and_lines(run, write) -> None:
+def test_structures_can_be_identified_by_column(run, write) -> None:
     path = write("trend,plunge,station,who\n10,20,A,x\n10,24,A,y\n50,60,B,x\n70,10,,x\n80,10,,x\n")
     found = run("repeats", path, "--by", "station", "--interpreter", "who", "--json").json
     assert (found["n"], found["repeats"]) == (4, 1)
@@ -72,7 +72,7 @@ def test_structures_named_by_a_column_and_lines(run, write) -> None:
     ]
 
 
-def test_a_table_without_repeats_says_so(run, write) -> None:
+def test_table_without_repeats_is_reported(run, write) -> None:
     found = run("repeats", write(HEAD + "a,90,40,3,,AB\n"), "--json").json
     assert (found["spread"], found["pairs"]) == (None, [])
     assert [each["code"] for each in found["reasons"]] == ["repeats.none"]
@@ -82,7 +82,7 @@ def test_a_table_without_repeats_says_so(run, write) -> None:
     assert (ran.code, ran.json["error"]["field"]) == (2, "bed")
 
 
-def test_a_ring_of_repeats_is_left_out_and_a_line_is_no_repeat_of_a_plane(run, write) -> None:
+def test_circular_and_mixed_type_repeats_are_left_out(run, write) -> None:
     ring = write(HEAD + "a,90,40,3,b,\nb,90,40,3,a,\nc,10,10,3,,\n")
     found = run("repeats", ring, "--json").json
     assert [one["id"] for one in found["left_out"]] == ["a", "b"]
@@ -102,7 +102,7 @@ def test_a_ring_of_repeats_is_left_out_and_a_line_is_no_repeat_of_a_plane(run, w
         "sets {table} -o {folder}/sets.csv --force",
     ],
 )
-def test_repeats_are_counted_nowhere(run, write, tmp_path, words: str) -> None:
+def test_repeats_are_excluded_from_other_commands(run, write, tmp_path, words: str) -> None:
     """The answer is that of the table without them, and it is said that they were left out."""
     firsts = "".join(line for line in TABLE.splitlines(True) if line[0] not in "defg")
     firsts = HEAD + firsts.split("\n", 1)[1]
@@ -121,7 +121,7 @@ def test_repeats_are_counted_nowhere(run, write, tmp_path, words: str) -> None:
     assert found == wanted
 
 
-def test_slips_and_frames_leave_repeats_out(run, write) -> None:
+def test_slip_and_data_frames_exclude_repeats(run, write) -> None:
     head = "strike,dip,trend,plunge,sense,repeat_of,id\n"
     path = write(head + "0,45,90,45,N,,p\n180,45,270,45,N,,q\n180,46,270,46,N,q,r\n")
     assert run("slip", path, "--json").json["n"] == 2
@@ -131,12 +131,12 @@ def test_slips_and_frames_leave_repeats_out(run, write) -> None:
         assert vs.stats(frame).n == 3
 
 
-def test_a_table_of_repeats_alone_is_refused(run, write) -> None:
+def test_table_with_only_repeats_is_refused(run, write) -> None:
     ran = run("stats", write(HEAD + "d,90,43,3,a,AB\n"), "--json")
     assert (ran.code, ran.json["error"]["field"]) == (2, "repeat_of")
 
 
-def test_a_repeated_trace_is_no_further_fracture(run, write) -> None:
+def test_repeated_trace_is_excluded_from_fractures(run, write) -> None:
     def layer(*repeat_of: str | None) -> str:
         features = [
             {
@@ -195,7 +195,7 @@ def project(tmp_path):
     return folder
 
 
-def test_a_project_says_what_its_table_says(run, project, tmp_path) -> None:
+def test_project_and_its_table_give_equal_repeats(run, project, tmp_path) -> None:
     found = run("repeats", project, "--json").json
     assert (found["n"], found["structures"]) == (2, 1)
     assert (found["pairs"][0]["first"], found["pairs"][0]["by"]) == ("b1", ["AB", "CD"])
@@ -218,7 +218,7 @@ def test_a_project_says_what_its_table_says(run, project, tmp_path) -> None:
 
 
 @pytest.mark.parametrize("format_", ["geojson", "stereonet", "orient", "gempy", "dxf"])
-def test_other_programs_get_every_structure_once(run, project, tmp_path, format_: str) -> None:
+def test_exports_for_other_programs_exclude_repeats(run, project, tmp_path, format_: str) -> None:
     out = tmp_path / f"out.{format_}"
     ran = run("export", project, "--to", format_, "-o", out, "--json")
     assert ran.code == 0, ran.err
@@ -230,7 +230,7 @@ def test_other_programs_get_every_structure_once(run, project, tmp_path, format_
 
 
 @pytest.mark.full
-def test_figures_say_how_many_repeats_are_not_on_them(run, write, tmp_path) -> None:
+def test_figures_state_number_of_excluded_repeats(run, write, tmp_path) -> None:
     table = write(TABLE)
     (tmp_path / "one.csv").write_text(HEAD + "a,90,40,3,,AB\nd,90,43,3,a,AB\n")
     (tmp_path / "none.csv").write_text(HEAD + "a,90,40,3,,AB\nb,90,43,3,,AB\n")

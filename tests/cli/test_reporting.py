@@ -39,7 +39,7 @@ def snapshot(
 
 # Estimates ---------------------------------------------------------------------------------------
 @pytest.mark.parametrize("begin", [0, 400])
-def test_steps_of_equal_length_give_the_remaining_time(begin: int) -> None:
+def test_remaining_time_is_extrapolated_from_equal_steps(begin: int) -> None:
     steps = StepClock(1000)
     for k in range(101):
         steps.step(begin + k, 50.0 + 0.5 * k)
@@ -48,7 +48,7 @@ def test_steps_of_equal_length_give_the_remaining_time(begin: int) -> None:
     assert steps.remaining_s(100.25) == pytest.approx(0.5 * (900 - begin) - 0.25)
 
 
-def test_nothing_is_estimated_before_enough_was_measured() -> None:
+def test_no_estimate_is_made_from_too_few_measurements() -> None:
     steps = StepClock(10)
     assert steps.remaining_s(60.0) is None
     for k in range(MIN_STEPS_FOR_ESTIMATE):
@@ -64,7 +64,7 @@ def test_nothing_is_estimated_before_enough_was_measured() -> None:
     assert unknown.remaining_s(100.0) is None
 
 
-def test_a_step_that_takes_long_adds_to_the_estimate() -> None:
+def test_long_running_step_increases_the_estimate() -> None:
     steps = StepClock(100)
     for k in range(11):
         steps.step(k, float(k))
@@ -74,7 +74,7 @@ def test_a_step_that_takes_long_adds_to_the_estimate() -> None:
     assert steps.remaining_s(51.0) is None
 
 
-def test_durations_are_clocks_and_estimates_are_rounded() -> None:
+def test_durations_are_formatted_as_clock_times_and_estimates_rounded() -> None:
     assert [format_duration(s) for s in (0.9, 61, 3599.9, 3600, 36061)] == [
         "0:00",
         "1:01",
@@ -96,7 +96,7 @@ def test_durations_are_clocks_and_estimates_are_rounded() -> None:
 
 
 # Plain lines -------------------------------------------------------------------------------------
-def test_many_short_stages_are_no_flood_and_long_ones_are_all_there() -> None:
+def test_short_stages_are_throttled_and_long_ones_all_shown() -> None:
     stream = io.StringIO()
     lines = PlainLines(stream)
     now = 2.0
@@ -114,7 +114,7 @@ def test_many_short_stages_are_no_flood_and_long_ones_are_all_there() -> None:
     assert "\x1b" not in text
 
 
-def test_lines_name_the_part_and_count_what_people_can_count() -> None:
+def test_plain_lines_show_part_and_meaningful_totals() -> None:
     stream = io.StringIO()
     for done, part, total in ((0, None, 12), (3, (2, 5), 10**9), (0, None, None), (0, None, 1)):
         PlainLines(stream).show(snapshot(done=done, part=part, total=total))
@@ -126,7 +126,7 @@ def test_lines_name_the_part_and_count_what_people_can_count() -> None:
     ]
 
 
-def test_names_of_files_steer_no_terminal() -> None:
+def test_control_characters_in_file_names_are_escaped() -> None:
     stream = io.StringIO()
     PlainLines(stream).show(snapshot("Reading a\x1b]0;mine\x07\nb.csv"))
     assert stream.getvalue() == "[1:05] Reading a\\u001b]0;mine\\u0007 b.csv (12)\n"
@@ -157,7 +157,7 @@ def terminal() -> Iterator[Callable[[int], Terminal]]:
 
 
 @pytest.mark.parametrize("columns", [0, 200, 80, 60, 40, 20, 8, 3])
-def test_the_line_fits_and_its_name_stays_longest(
+def test_terminal_line_fits_width_and_drops_stage_name_last(
     terminal: Callable[[int], Terminal], columns: int
 ) -> None:
     stream, read = terminal(columns)
@@ -183,7 +183,7 @@ def test_the_line_fits_and_its_name_stays_longest(
     assert read() == "\r\x1b[2K"
 
 
-def test_no_colour_where_none_is_wanted(
+def test_no_color_variable_disables_colour(
     terminal: Callable[[int], Terminal], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     colour = re.compile(r"\x1b\[(?:\d+;)*(?:3[0-8]|9[0-7])[;\dm]")
@@ -221,7 +221,7 @@ def test_terminals_that_cannot_rewrite_a_line_get_plain_lines(
 
 
 # Quiet -------------------------------------------------------------------------------------------
-def test_quiet_leaves_the_result_and_takes_notes_away(run, write) -> None:
+def test_quiet_suppresses_notes_but_not_the_result(run, write) -> None:
     points = write("x,y,z,trace\n0,0,0,a\n1,0,0,a\n0,1,0,a\n1,1,0.1,a\n0,0,0,b\n")
     loud, quiet = run("fit", points), run("fit", points, "--quiet")
     assert loud.err
@@ -232,7 +232,7 @@ def test_quiet_leaves_the_result_and_takes_notes_away(run, write) -> None:
     assert (silent.out, silent.err) == (loud.out, "")
 
 
-def test_quiet_still_says_why_it_failed(run, write, tmp_path: Path) -> None:
+def test_quiet_still_reports_errors(run, write, tmp_path: Path) -> None:
     bad = write("nothing", "bad.obj")
     assert str(bad) in run("fit", tmp_path / "missing.csv", "-q").err + str(bad)
     assert "missing.csv" in run("fit", tmp_path / "missing.csv", "-q").said
@@ -242,13 +242,13 @@ def test_quiet_still_says_why_it_failed(run, write, tmp_path: Path) -> None:
     assert str(bad) in some.said
 
 
-def test_actions_of_a_command_take_quiet_before_and_after(run, tmp_path: Path) -> None:
+def test_quiet_is_accepted_before_and_after_project_action(run, tmp_path: Path) -> None:
     project = tmp_path / "p.vom"
     for words in (["-q", project, "list"], [project, "list", "--quiet"]):
         assert "p.vom" in run("project", *words).said
 
 
-def test_parts_are_keys_of_the_events_of_their_stages(capsys: pytest.CaptureFixture[str]) -> None:
+def test_stage_events_contain_part_numbers(capsys: pytest.CaptureFixture[str]) -> None:
     progress = reporting.JsonProgress()
     progress.stage("Reading", 3)
     progress.part(2, 5)

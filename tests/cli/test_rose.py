@@ -23,7 +23,7 @@ TABLE = "set,dipdir,dip,length\n" + "".join(
 )
 
 
-def test_strikes_of_each_set_are_counted_at_both_ends(run, write, tmp_path: Path) -> None:
+def test_strikes_of_each_set_are_counted_in_both_directions(run, write, tmp_path: Path) -> None:
     ran = run("rose", write(TABLE), "-o", tmp_path / "r.svg", "--json")
     assert ran.code == 0
     assert (ran.json["of"], ran.json["axial"], ran.json["n"]) == ("strike", True, 10)
@@ -37,7 +37,7 @@ def test_strikes_of_each_set_are_counted_at_both_ends(run, write, tmp_path: Path
     assert "bins of 10°" in words
 
 
-def test_dip_directions_have_one_end_and_lengths_weigh(run, write, tmp_path: Path) -> None:
+def test_dip_directions_are_directed_and_weighted_by_length(run, write, tmp_path: Path) -> None:
     words = ["--of", "dip-direction", "--bin", "2", "--weight", "length", "--scale", "length"]
     ran = run("rose", write(TABLE), "-o", tmp_path / "r.png", *words, "--json")
     found = ran.json["sets"]["A"]
@@ -47,14 +47,14 @@ def test_dip_directions_have_one_end_and_lengths_weigh(run, write, tmp_path: Pat
     assert sum(found["shares"]) == pytest.approx(1.0)
 
 
-def test_what_has_no_azimuth_is_left_out_and_said(run, write, tmp_path: Path) -> None:
+def test_rows_without_azimuth_are_left_out_and_reported(run, write, tmp_path: Path) -> None:
     table = TABLE + "A,10,0,3\nA,10,20,\n"
     ran = run("rose", write(table), "-o", tmp_path / "r.pdf", "--weight", "length", "--json")
     assert ran.json["sets"]["A"]["left_out"] == 2
     assert by_code(ran.json["warnings"])["rose.rows-left-out"] == {"set": "A", "count": 2}
 
 
-def test_a_set_without_any_azimuth_has_no_rose_and_is_named(run, write, tmp_path: Path) -> None:
+def test_set_without_azimuths_is_reported_and_not_drawn(run, write, tmp_path: Path) -> None:
     ran = run("rose", write(TABLE + "flat,10,0,3\n"), "-o", tmp_path / "r.svg", "--json")
     assert list(ran.json["sets"]) == ["A", "B"]
     assert by_code(ran.json["warnings"])["rose.no-azimuth"] == {"set": "flat"}
@@ -63,7 +63,7 @@ def test_a_set_without_any_azimuth_has_no_rose_and_is_named(run, write, tmp_path
     assert "rose.no-planes" in shown_codes(flat.said)
 
 
-def test_lines_alone_are_drawn_by_their_trend(run, write, tmp_path: Path) -> None:
+def test_table_with_only_lines_is_drawn_by_trend(run, write, tmp_path: Path) -> None:
     ran = run("rose", write("trend,plunge\n40,10\n42,5\n10,90\n"), "-o", tmp_path / "r.svg")
     assert ran.code == 0
     assert "n = 2" in ran.out
@@ -80,7 +80,7 @@ def test_lines_alone_are_drawn_by_their_trend(run, write, tmp_path: Path) -> Non
         (["--of", "azimuth"], "option.not-a-choice", {"value": "azimuth", "field": "--of"}),
     ],
 )
-def test_wrong_wishes_are_refused_and_nothing_is_drawn(
+def test_invalid_options_are_refused_and_nothing_is_drawn(
     run, write, tmp_path: Path, words: list[str], code: str, values: dict[str, object]
 ) -> None:
     ran = run("rose", write(TABLE), "-o", tmp_path / "r.svg", *words, "--json")
@@ -109,14 +109,14 @@ def test_petals_are_to_scale(by_area: bool) -> None:
 
 
 @pytest.mark.parametrize("top", [0.001, 0.02, 0.06, 0.11, 0.3, 0.5, 0.61, 0.8, 1.0])
-def test_rings_are_round_and_hold_the_largest_petal(top: float) -> None:
+def test_rings_have_round_values_and_enclose_largest_petal(top: float) -> None:
     rings = choose_rings(top)
     assert 2 <= len(rings) <= 3
     assert rings[-1] >= top - 1e-9
     np.testing.assert_allclose(rings, rings[0] * np.arange(1, len(rings) + 1))
 
 
-def test_many_roses_stand_side_by_side_and_apart() -> None:
+def test_multiple_roses_do_not_overlap() -> None:
     roses = {
         f"Set {i}": count_rose([10.0 * i + j for j in range(9)], is_axial=True) for i in range(7)
     }
@@ -158,7 +158,7 @@ def test_dips_are_counted_in_a_histogram(run, write, tmp_path: Path) -> None:
     assert "no lines" in none.said
 
 
-def test_one_column_of_azimuths_makes_a_rose(run, write, tmp_path) -> None:
+def test_single_azimuth_column_is_enough_for_a_rose(run, write, tmp_path) -> None:
     path, image = write("strike\n10\n12\n14\n"), tmp_path / "rose.svg"
     ran = run("rose", path, "-o", image, "--json")
     assert (ran.code, ran.json["n"], ran.json["of"]) == (0, 3, "strike")

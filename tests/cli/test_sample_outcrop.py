@@ -59,7 +59,7 @@ def test_the_sample_is_measured_to_within_the_stated_confidence(
 
 
 @pytest.mark.slow
-def test_half_of_the_traces_are_good_after_three_clicks_each() -> None:
+def test_three_clicks_give_good_planes_for_half_of_the_traces() -> None:
     """At the first, the middle and the last of each pick, with nothing else known."""
     from vomstudio.extraction.best_cost import follow_best
     from vomstudio.extraction.surface_graph import SurfaceGraph

@@ -24,7 +24,7 @@ def model(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_table_of_the_intersection(run, model: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+def test_intersection_is_written_as_table(run, model: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     out = tmp_path / "s.csv"
     ran = run("section", model, "--plane", "180/90", "--through", "0,4,0", "-o", out, "--json")
     assert ran.code == 0, ran.err
@@ -41,7 +41,7 @@ def test_a_table_of_the_intersection(run, model: Path, tmp_path: Path) -> None: 
     assert run("section", model, "--plane", "180/90", "--through", "0,4,0", "-o", out).code == 2
 
 
-def test_a_drawing_for_cad_and_a_figure(run, model: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+def test_section_is_written_as_dxf_and_svg(run, model: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     line = tmp_path / "line.csv"
     line.write_text("x,y\n2,1\n10,7\n18,1\n")
     planes = tmp_path / "planes.csv"
@@ -68,7 +68,7 @@ def test_a_drawing_for_cad_and_a_figure(run, model: Path, tmp_path: Path) -> Non
     assert ">SE (127)<" in text
 
 
-def test_features_in_a_table(run, model: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+def test_features_are_projected_onto_section_table(run, model: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     planes = tmp_path / "planes.csv"
     planes.write_text(
         "id,dip_direction,dip,x,y,z\nB1,60,45,4,2,6\nB2,300,20,4,40,6\n=1,0,30,3,5,1\n"
@@ -125,7 +125,9 @@ def test_features_in_a_table(run, model: Path, tmp_path: Path) -> None:  # type:
         (["--plane", "x", "--through", "0,4,0"], "notation.unknown-word", "--plane"),
     ],
 )
-def test_what_cannot_be_done_is_said(run, model, tmp_path, words, code, field) -> None:  # type: ignore[no-untyped-def]
+def test_impossible_requests_are_refused_with_code_and_field(
+    run, model, tmp_path, words, code, field
+) -> None:  # type: ignore[no-untyped-def]
     ran = run("section", model, "-o", tmp_path / "s.csv", *words, "--json")
     assert ran.code == 2
     assert (ran.json["error"]["code"], ran.json["error"]["field"]) == (code, field)
@@ -158,7 +160,7 @@ def hooked(path: Path) -> set[tuple[float, float]]:
         ("overturned", "ja", "nein"),
     ],
 )
-def test_overturned_beds_of_a_table(run, model, tmp_path, column, yes, no) -> None:  # type: ignore[no-untyped-def]
+def test_overturned_column_is_recognised(run, model, tmp_path, column, yes, no) -> None:  # type: ignore[no-untyped-def]
     planes = tmp_path / "planes.csv"
     planes.write_text(
         f"id;name;dip_direction;dip;x;y;z;{column}\n"
@@ -175,7 +177,7 @@ def test_overturned_beds_of_a_table(run, model, tmp_path, column, yes, no) -> No
     assert "('dip_direction', 'dip')" in ran.json["convention"]
 
 
-def test_what_of_a_table_is_not_on_the_section_is_said(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_table_rows_missing_from_section_are_reported(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
     planes = tmp_path / "planes.csv"
     planes.write_text(
         "dip_direction,dip,trend,plunge,x,y,z,overturned\n"
@@ -201,7 +203,7 @@ def test_what_of_a_table_is_not_on_the_section_is_said(run, model, tmp_path) -> 
     assert findings["section.planes-without-place"]["lines"] == (3,)
 
 
-def test_an_azimuth_of_a_table_can_be_told(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_azimuth_option_applies_to_feature_table(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
     planes = tmp_path / "planes.csv"
     planes.write_text("azimuth,dip,x,y,z\n0,45,4,4,4\n")
     cut = ("section", model, "--plane", "180/90", "--through", "0,4,0", "--features", planes)
@@ -214,7 +216,7 @@ def test_an_azimuth_of_a_table_can_be_told(run, model, tmp_path) -> None:  # typ
     assert table["apparent_dip_deg"][0] == pytest.approx(45)
 
 
-def test_a_dip_over_90_is_told_how_it_is_written(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_dip_over_90_is_refused_with_correct_notation(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
     planes = tmp_path / "planes.csv"
     planes.write_text("dip_direction,dip,x,y,z\n90,110,4,4,4\n")
     ran = run(

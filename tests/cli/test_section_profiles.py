@@ -67,7 +67,7 @@ def moved(target: str | int) -> np.ndarray:
     ),
 )
 @pytest.mark.filterwarnings("ignore:'crs' was not provided")
-def test_a_profile_in_its_own_system(run, slope, tmp_path, name, xy, crs, code) -> None:  # type: ignore[no-untyped-def]
+def test_profile_is_read_in_its_own_crs(run, slope, tmp_path, name, xy, crs, code) -> None:  # type: ignore[no-untyped-def]
     path = layer(tmp_path / name, xy, crs)
     out = tmp_path / "s.csv"
     ran = run("section", slope, "--crs", "32633", "--section-line", path, "-o", out, "--json")
@@ -80,13 +80,13 @@ def test_a_profile_in_its_own_system(run, slope, tmp_path, name, xy, crs, code) 
     assert table["height_m"].to_numpy()[[0, -1]] == pytest.approx([104.5, 100.5], abs=1e-3)
 
 
-def test_degrees_over_a_model_that_is_on_no_map_are_refused(run, slope, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_profile_in_degrees_is_refused_for_model_without_crs(run, slope, tmp_path) -> None:  # type: ignore[no-untyped-def]
     path = layer(tmp_path / "d.gpkg", moved(4326), "EPSG:4326")
     ran = run("section", slope, "--section-line", path, "-o", tmp_path / "s.csv", "--json")
     assert (ran.code, ran.json["error"]["code"]) == (2, "frame.degrees")
 
 
-def test_two_lines_of_a_table_are_no_profile(run, slope, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_table_with_two_lines_is_refused_as_profile(run, slope, tmp_path) -> None:  # type: ignore[no-untyped-def]
     """As `trace -o` writes several lines."""
     path = tmp_path / "lines.csv"
     rows = [f"{k},{x + UTM[0]},{y + UTM[1]},100" for k in (1, 2) for x, y in LINE.tolist()]

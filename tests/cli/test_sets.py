@@ -31,7 +31,7 @@ def table() -> str:
     return "# taken in 2024\nset,dipdir,dip,x,y,z\n" + "\n".join(rows) + "\n"
 
 
-def test_the_table_comes_back_with_sets(run, write, tmp_path: Path) -> None:
+def test_input_table_is_written_with_sets(run, write, tmp_path: Path) -> None:
     out = tmp_path / "out.csv"
     ran = run("sets", write(table()), "-o", out, "--json")
     assert ran.code == 0, ran.err
@@ -63,14 +63,14 @@ def test_the_table_comes_back_with_sets(run, write, tmp_path: Path) -> None:
         assert stats[one["name"]]["fisher"]["plunge_deg"] == pytest.approx(90 - one["dip_deg"])
 
 
-def test_without_places_there_is_no_spacing(run, write, tmp_path: Path) -> None:
+def test_spacing_needs_coordinates(run, write, tmp_path: Path) -> None:
     bare = "\n".join(",".join(line.split(",")[1:3]) for line in table().splitlines()[1:])
     found = run("sets", write(bare), "-o", tmp_path / "o.csv", "--json").json
     assert [s["spacing_m"] for s in found["sets"]] == [None, None]
     assert codes(found) == []
 
 
-def test_picks_of_which_only_the_place_is_known_are_said_to_be_counted_each(
+def test_picks_with_unknown_extent_are_counted_individually_with_warning(
     run, write, tmp_path: Path
 ) -> None:
     head, *rows = table().splitlines()[1:]
@@ -89,7 +89,7 @@ def test_picks_of_which_only_the_place_is_known_are_said_to_be_counted_each(
     assert all(s["p32_low95_1_per_m"] < s["p32_high95_1_per_m"] for s in told["sets"])
 
 
-def test_other_delimiters_and_missing_headers(run, write, tmp_path: Path) -> None:
+def test_other_delimiters_and_missing_headers_are_read(run, write, tmp_path: Path) -> None:
     rows = [line.split(",")[1:3] for line in table().splitlines()[2:]]
     spaced = "\n".join(" ".join(row) for row in rows)
     out = tmp_path / "o.csv"
@@ -106,7 +106,7 @@ def test_other_delimiters_and_missing_headers(run, write, tmp_path: Path) -> Non
     assert len(again.json["sets"]) == 3
 
 
-def test_seeds_and_the_most_sets(run, write, tmp_path: Path) -> None:
+def test_seeds_and_maximum_number_of_sets_are_used(run, write, tmp_path: Path) -> None:
     path, out = write(table()), tmp_path / "o.csv"
     ran = run("sets", path, "-o", out, "--seeds", "40/80,110/35", "--json")
     assert [round(s["dip_deg"], -1) for s in ran.json["sets"]] == [90, 30]
@@ -128,14 +128,16 @@ def test_seeds_and_the_most_sets(run, write, tmp_path: Path) -> None:
         (["--exactly", "63"], "sets.too-many"),
     ],
 )
-def test_wrong_wishes_are_refused(run, write, tmp_path, words: list[str], code: str) -> None:
+def test_invalid_options_are_refused(run, write, tmp_path, words: list[str], code: str) -> None:
     ran = run("sets", write(table()), "-o", tmp_path / "o.csv", *words, "--json")
     assert ran.code == 2
     assert (ran.json["error"]["code"], ran.json["error"]["field"]) == (code, words[0])
     assert not (tmp_path / "o.csv").exists()
 
 
-def test_tables_without_planes_and_with_few(run, write, tmp_path: Path) -> None:
+def test_tables_without_planes_are_refused_and_few_planes_give_no_sets(
+    run, write, tmp_path: Path
+) -> None:
     out = tmp_path / "o.csv"
     lines = run("sets", write("trend,plunge\n10,20\n30,40\n"), "-o", out)
     assert (lines.code, "no planes" in lines.said) == (2, True)
@@ -144,7 +146,7 @@ def test_tables_without_planes_and_with_few(run, write, tmp_path: Path) -> None:
     assert codes(few.json) == ["sets.none"]
 
 
-def test_the_interface_gives_the_same_with_a_table(write) -> None:
+def test_python_function_returns_same_sets_with_table(write) -> None:
     path = write(table())
     found = vs.sets(path)
     assert [s.n for s in found.sets] == [30, 30]

@@ -29,7 +29,7 @@ def specimen(tmp_path_factory) -> Path:
 
 
 @pytest.mark.parametrize("format_", ["faultkin", "csv", "wintensor"])
-def test_slips_of_a_project_come_back_with_every_sense(specimen, tmp_path, format_) -> None:
+def test_exported_slips_are_read_back_with_every_sense(specimen, tmp_path, format_) -> None:
     made = export_project(specimen, "faultkin", tmp_path / "f.txt")
     export_project(specimen, format_, tmp_path / "x.txt", force=True)
     back = read_slips(tmp_path / "x.txt")
@@ -43,7 +43,7 @@ def test_slips_of_a_project_come_back_with_every_sense(specimen, tmp_path, forma
         )
 
 
-def test_conjugate_normal_faults_shorten_upright(run, write) -> None:
+def test_conjugate_normal_faults_give_vertical_shortening(run, write) -> None:
     ran = run("slip", write(TABLE), "--json")
     assert ran.code == 0
     axes = ran.json["kinematic_axes"]
@@ -54,7 +54,7 @@ def test_conjugate_normal_faults_shorten_upright(run, write) -> None:
     assert ran.json["right_dihedra"]["compression"]["share"] == 1.0
 
 
-def test_a_rake_counted_from_a_named_end_of_the_strike(write) -> None:
+def test_rake_may_state_the_end_of_strike(write) -> None:
     head = "strike,dip,rake,sense\n"
     for cell, slip in (("60NE", -60.0), ("60N", -60.0), ("60SW", -120.0), ("60 S", -120.0)):
         found = read_slips(write(head + f"20,50,{cell},N\n"))
@@ -64,7 +64,7 @@ def test_a_rake_counted_from_a_named_end_of_the_strike(write) -> None:
     assert refused.value.line == 2
 
 
-def test_words_and_letters_mean_the_same(write) -> None:
+def test_sense_words_and_letters_are_equivalent(write) -> None:
     head = "strike,dip,rake,sense\n"
     for row in ("N", "normal", "NL", "NS"):
         found = read_slips(write(head + f"20,50,60,{row}\n"))
@@ -74,7 +74,7 @@ def test_words_and_letters_mean_the_same(write) -> None:
         assert found.slip_rake_deg.tolist() == [120.0], row
 
 
-def test_r_beside_faultkins_letters_is_right_lateral(write) -> None:
+def test_letter_r_is_right_lateral_with_faultkin_letters(write) -> None:
     """T, N, R, L: thrust, normal, right, left. Beside N, S and D it is reverse."""
     head = "strike,dip,rake,sense\n20,50,90,T\n" + "20,50,10,{}\n" * 2
     found = read_slips(write(head.format("L", "R")))
@@ -90,7 +90,7 @@ def test_r_beside_faultkins_letters_is_right_lateral(write) -> None:
     assert found.slip_rake_deg.tolist() == [60.0, -120.0]
 
 
-def test_senses_of_t_tecto_are_numbers(write) -> None:
+def test_t_tecto_sense_numbers_are_read(write) -> None:
     """1 reverse, 2 normal, 3 dextral, 4 sinistral; other numbers are refused."""
     head = "strike,dip,rake,sense\n"
     found = read_slips(write(head + "20,50,90,1\n20,50,90,2\n20,50,0,3\n20,50,0,4\n"))
@@ -102,7 +102,7 @@ def test_senses_of_t_tecto_are_numbers(write) -> None:
         read_slips(write(head + "20,50,90,1\n20,50,90,5\n"))
 
 
-def test_letters_that_contradict_the_striae_are_refused_with_their_line(run, write) -> None:
+def test_sense_contradicting_striae_is_refused_with_line(run, write) -> None:
     ran = run("slip", write("strike,dip,rake,sense\n20,50,60,NR\n"))
     assert ran.code == 2
     assert "line 2" in ran.said
@@ -120,26 +120,26 @@ def test_letters_that_contradict_the_striae_are_refused_with_their_line(run, wri
         ("strike,dip,rake,sense\n1,45,,N\n", "table.no-valid-rows", "slip"),
     ],
 )
-def test_tables_that_lack_something_are_refused(run, write, table, code, words) -> None:
+def test_incomplete_slip_tables_are_refused(run, write, table, code, words) -> None:
     ran = run("slip", write(table), "--json")
     assert ran.code == 2
     assert code is None or ran.json["error"]["code"] == code
     assert words in ran.json["error"]["message"]
 
 
-def test_rows_without_a_sense_are_left_out_and_named(run, write) -> None:
+def test_rows_without_sense_are_left_out_and_reported(run, write) -> None:
     ran = run("slip", write(TABLE + "10,50,,,N\n10,50,90,50,X\n"), "--json")
     assert ran.json["n"] == 2
     assert ran.json["dropped_lines"] == [4, 5]
 
 
-def test_striae_off_their_plane_are_said(run, write) -> None:
+def test_striae_off_their_plane_are_reported(run, write) -> None:
     ran = run("slip", write("strike,dip,trend,plunge,sense\n0,45,90,10,N\n"), "--json")
     off = by_code(ran.json["warnings"])["slip.off-plane"]
     assert (off["count"], off["angle_deg"]) == (1, 10)
 
 
-def test_the_interface_gives_what_the_command_prints(run, write) -> None:
+def test_python_function_matches_command_output(run, write) -> None:
     path = write(TABLE)
     from_file, from_frame = vs.slip(path), vs.slip(pandas.read_csv(path))
     assert from_file.to_dict() == from_frame.to_dict()
@@ -147,7 +147,7 @@ def test_the_interface_gives_what_the_command_prints(run, write) -> None:
     assert from_file.to_dict()["kinematic_axes"] == printed["kinematic_axes"]
 
 
-def test_many_faults_take_little_time() -> None:
+def test_five_thousand_faults_are_processed() -> None:
     generator = np.random.default_rng(1)
     n = 5000
     frame = pandas.DataFrame(
@@ -189,7 +189,7 @@ def test_arrows_of_normal_faults_point_outward_and_the_picture_names_the_axes(
 
 @pytest.mark.parametrize("strike", [0.0, 45.0, 179.0, 180.0, 200.0, 270.0, 359.0])
 @pytest.mark.parametrize("sense", ["S", "D"])
-def test_rakes_on_a_vertical_plane_count_from_the_stated_strike(
+def test_rake_on_vertical_plane_is_measured_from_stated_strike(
     write, strike: float, sense: str
 ) -> None:
     """As on a plane that is hardly less steep; the movement of one wall is that of the other turned
@@ -213,7 +213,7 @@ def test_rakes_on_a_vertical_plane_count_from_the_stated_strike(
 
 
 @pytest.mark.parametrize("dip_direction", [0.0, 77.0, 200.0])
-def test_directed_rakes_on_a_horizontal_plane_count_from_the_stated_strike(
+def test_directed_rake_on_horizontal_plane_is_measured_from_stated_strike(
     write, dip_direction: float
 ) -> None:
     ways = []
@@ -226,7 +226,7 @@ def test_directed_rakes_on_a_horizontal_plane_count_from_the_stated_strike(
     np.testing.assert_allclose(ways[0], ways[1], atol=1e-4)
 
 
-def test_the_azimuth_of_a_table_without_a_header_is_an_option(run, write) -> None:
+def test_azimuth_option_applies_to_table_without_header(run, write) -> None:
     """The order of OpenStereo: dip direction, dip, trend, plunge, sense."""
     path = write("90\t60\t90\t60\t2\n270\t62\t270\t62\t2\n", "faults.txt")
     asked = run("slip", path, "--json")

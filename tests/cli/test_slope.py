@@ -15,7 +15,7 @@ TABLE = "id,dipdir,dip\na,100,45\nb,120,60\nc,280,80\nd,100,20\n"
 MODES = ("planar", "wedge", "flexural_toppling", "direct_toppling")
 
 
-def test_counts_and_shares_are_as_promised(run, write) -> None:
+def test_counts_and_shares_are_reported_for_each_mode(run, write) -> None:
     ran = run("slope", write(TABLE), "--face", "100/70", "--friction", 30, "--json")
     assert ran.code == 0
     for mode in MODES:
@@ -29,7 +29,7 @@ def test_counts_and_shares_are_as_promised(run, write) -> None:
     assert ran.json["lateral_deg"] == 20.0
 
 
-def test_the_lateral_limit_is_that_of_planes_not_of_wedges(run, write) -> None:
+def test_lateral_limit_applies_to_planes_but_not_wedges(run, write) -> None:
     path = write(TABLE)
     words = ["slope", path, "--face", "100/70", "--friction", 30, "--json"]
     narrow, wide = (run(*words, "--lateral", limit).json for limit in (5, 90))
@@ -39,7 +39,7 @@ def test_the_lateral_limit_is_that_of_planes_not_of_wedges(run, write) -> None:
     assert narrow["direct_toppling"] != wide["direct_toppling"]
 
 
-def test_one_plane_has_no_intersections_and_that_is_said(run, write) -> None:
+def test_one_plane_has_no_intersections_and_gives_warning(run, write) -> None:
     ran = run(
         "slope", write("dipdir,dip\n100,45\n"), "--face", "100/70", "--friction", 30, "--json"
     )
@@ -48,13 +48,13 @@ def test_one_plane_has_no_intersections_and_that_is_said(run, write) -> None:
     assert "two planes" in messages(ran.json)[-1]
 
 
-def test_rows_without_angles_are_dropped_and_named(run, write) -> None:
+def test_rows_without_angles_are_dropped_and_reported(run, write) -> None:
     ran = run("slope", write(TABLE + "e,nan,30\n"), "--face", "100/70", "--friction", 30, "--json")
     assert ran.json["n"] == 4
     assert ran.json["dropped_lines"] == [6]
 
 
-def test_a_face_flatter_than_friction_lets_nothing_slide(run, write) -> None:
+def test_face_flatter_than_friction_angle_has_no_sliding(run, write) -> None:
     ran = run("slope", write(TABLE), "--face", "100/25", "--friction", 30, "--json")
     assert [ran.json[mode]["critical"] for mode in MODES[:3]] == [0, 0, 0]
     assert "slope.gentle-face" in codes(ran.json)
@@ -71,25 +71,25 @@ def test_a_face_flatter_than_friction_lets_nothing_slide(run, write) -> None:
         (["--face", "100/70"], "--friction"),
     ],
 )
-def test_angles_that_cannot_be_are_named(run, write, words, said) -> None:
+def test_invalid_angles_are_reported_with_their_option(run, write, words, said) -> None:
     ran = run("slope", write(TABLE), *words)
     assert ran.code == 2
     assert said in ran.said
 
 
-def test_lines_alone_are_refused(run, write) -> None:
+def test_table_with_only_lines_is_refused(run, write) -> None:
     ran = run("slope", write("trend,plunge\n100,20\n"), "--face", "100/70", "--friction", 30)
     assert ran.code == 2
     assert "orientation.no-planes" in shown_codes(ran.said)
 
 
-def test_words_tell_the_same(run, write) -> None:
+def test_text_output_shows_same_counts(run, write) -> None:
     ran = run("slope", write(TABLE), "--face", "100/70", "--friction", 30)
     line = next(line for line in ran.out.splitlines() if line.startswith("planar"))
     assert line.split() == ["planar", "sliding", "planes", "2", "4", "50.0", "-"]
 
 
-def test_the_interface_gives_what_the_command_prints(run, write) -> None:
+def test_python_function_matches_command_output(run, write) -> None:
     path = write(TABLE)
     ran = run("slope", path, "--face", "100/70", "--friction", 30, "--lateral", 15, "--json")
     for face in ("100/70", (100, 70)):
@@ -99,14 +99,14 @@ def test_the_interface_gives_what_the_command_prints(run, write) -> None:
 
 
 @pytest.mark.full
-def test_five_thousand_planes_are_looked_at_pair_by_pair() -> None:
+def test_five_thousand_planes_are_tested_in_pairs() -> None:
     generator = np.random.default_rng(5)
     azimuth, dip = generator.uniform(0, 360, 5000), generator.uniform(1, 89, 5000)
     found = vs.slope((azimuth, dip), (90, 70), friction_deg=30)
     assert found.wedge.of == 5000 * 4999 // 2
 
 
-def test_the_picture_says_what_the_command_says(run, write, tmp_path: Path) -> None:
+def test_figure_shows_same_numbers_as_output(run, write, tmp_path: Path) -> None:
     import xml.etree.ElementTree as ElementTree
 
     path, target = write(TABLE), tmp_path / "s.svg"
@@ -123,7 +123,7 @@ def test_the_picture_says_what_the_command_says(run, write, tmp_path: Path) -> N
     assert "--plot" in run(*words[:-1], tmp_path / "s.docx").said
 
 
-def test_the_shaded_zone_holds_the_critical_poles_and_no_others() -> None:
+def test_shaded_zone_contains_only_critical_poles() -> None:
     from matplotlib.figure import Figure
 
     from vomstudio.geology.orientation import planes_to_poles
@@ -153,6 +153,6 @@ def test_the_shaded_zone_holds_the_critical_poles_and_no_others() -> None:
 
 
 @pytest.mark.parametrize("face", [(100,), 100, (100, 70, 3), ("east", 70), (100, 120), (100, 0)])
-def test_a_face_that_is_none_is_refused_by_the_interface(face) -> None:
+def test_python_function_refuses_invalid_face(face) -> None:
     with pytest.raises((vs.errors.InputError, vs.errors.UsageError, vs.errors.GeometryError)):
         vs.slope(([90], [45]), face, friction_deg=30)

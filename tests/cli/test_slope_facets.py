@@ -32,7 +32,7 @@ def labelled(path: Path) -> Path:
     return path
 
 
-def test_each_facet_is_the_slope_of_its_attitude(run, write, tmp_path: Path) -> None:
+def test_each_facet_is_analysed_as_slope_of_its_attitude(run, write, tmp_path: Path) -> None:
     planes, facets = write(TABLE, "planes.csv"), write(FACETS, "facets.csv")
     out = tmp_path / "slopes.csv"
     words = ["slope", planes, "--facets", facets, "--friction", 30]
@@ -53,7 +53,7 @@ def test_each_facet_is_the_slope_of_its_attitude(run, write, tmp_path: Path) -> 
     assert "planar" in run(*words).out
 
 
-def test_facets_are_painted_and_overhangs_are_seen(run, write, tmp_path: Path) -> None:
+def test_facets_are_painted_and_overhangs_detected(run, write, tmp_path: Path) -> None:
     planes, facets = write(TABLE, "planes.csv"), write(FACETS, "facets.csv")
     model, painted = labelled(tmp_path / "labels.ply"), tmp_path / "painted.ply"
     words = ["slope", planes, "--facets", facets, "--friction", 30, "--labelled-model", model]
@@ -70,7 +70,7 @@ def test_facets_are_painted_and_overhangs_are_seen(run, write, tmp_path: Path) -
     assert np.isnan(values[6])
 
 
-def test_words_that_do_not_go_together(run, write, tmp_path: Path) -> None:
+def test_conflicting_options_are_refused(run, write, tmp_path: Path) -> None:
     planes, facets = write(TABLE, "planes.csv"), write(FACETS, "facets.csv")
     for words in (
         [],

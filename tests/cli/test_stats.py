@@ -11,7 +11,7 @@ import pytest
 from tests.messages import by_code, messages
 
 
-def test_the_published_folds_tensor_and_shape(run, data_dir: Path) -> None:
+def test_published_tensor_and_shape_are_reproduced(run, data_dir: Path) -> None:
     path = data_dir / "planes" / "big_elk_strike_dip.txt"
     ran = run("stats", path, "--azimuth", "strike", "--json")
     assert ran.code == 0
@@ -27,7 +27,7 @@ def test_the_published_folds_tensor_and_shape(run, data_dir: Path) -> None:
     assert "right-hand rule" in ran.json["convention"]
 
 
-def test_fishers_figures_are_those_of_the_closed_form(run, write) -> None:
+def test_fisher_statistics_match_closed_form(run, write) -> None:
     # Four lines at 10 degrees from the vertical: R = 4 cos 10, kappa = 3 / (4 - R).
     ran = run("stats", write("trend,plunge\n0,80\n90,80\n180,80\n270,80\n"), "--json")
     fisher = ran.json["sets"]["all"]["fisher"]
@@ -39,7 +39,7 @@ def test_fishers_figures_are_those_of_the_closed_form(run, write) -> None:
     assert fisher["plunge_deg"] == pytest.approx(90.0)
 
 
-def test_axial_lines_across_the_horizontal_are_one_cluster(run, write) -> None:
+def test_axial_lines_near_horizontal_form_one_cluster(run, write) -> None:
     text = "trend,plunge\n10,3\n190,2\n12,1\n188,4\n9,2\n"
     axial = run("stats", write(text), "--json").json["sets"]["all"]
     directed = run("stats", write(text), "--directed", "--json").json["sets"]["all"]
@@ -49,7 +49,7 @@ def test_axial_lines_across_the_horizontal_are_one_cluster(run, write) -> None:
     assert directed["fisher"] is None or directed["fisher"]["R"] < 2.0
 
 
-def test_directed_means_may_point_up(run, write) -> None:
+def test_directed_mean_may_plunge_upwards(run, write) -> None:
     ran = run("stats", write("trend,plunge\n0,-60\n5,-61\n355,-62\n"), "--directed", "--json")
     assert ran.json["sets"]["all"]["fisher"]["plunge_deg"] < -55
 
@@ -66,7 +66,7 @@ def test_sets_are_described_one_by_one(run, write) -> None:
     assert sets["unassigned"]["fisher"] is None
 
 
-def test_kinds_pooled_in_one_set_are_named(run, write) -> None:
+def test_pooled_kinds_are_reported(run, write) -> None:
     path = write("kind,strike,dip\nbedding,30,40\nbedding,33,42\njoint,200,80\n")
     ran = run("stats", path, "--json")
     assert set(ran.json["sets"]) == {"all"}
@@ -87,14 +87,14 @@ def test_poles_and_lines_are_never_averaged_together(run, write) -> None:
     assert "described separately" in messages(ran.json)[0]
 
 
-def test_people_read_the_same_figures(run, write) -> None:
+def test_text_output_shows_fisher_statistics(run, write) -> None:
     ran = run("stats", write("trend,plunge\n0,80\n90,80\n180,80\n270,80\n"))
     assert "Fisher mean" in ran.out
     assert "alpha95" in ran.out
     assert "trend/plunge" in ran.err
 
 
-def test_identical_planes_have_an_infinite_kappa_which_is_null(run, write) -> None:
+def test_infinite_kappa_of_identical_planes_is_null(run, write) -> None:
     ran = run("stats", write("strike,dip\n" + "30,40\n" * 4), "--json")
     found = ran.json["sets"]["all"]
     assert found["fisher"]["kappa"] is None

@@ -17,7 +17,7 @@ MAGIC = {"svg": b"<?xml", "pdf": b"%PDF", "png": b"\x89PNG"}
 
 @pytest.mark.parametrize("ending", first_in_default_tier(["svg", "pdf", "png", "PNG"], 3))
 @pytest.mark.parametrize("projection", first_in_default_tier(["area", "angle"], 3))
-def test_the_ending_says_what_is_drawn(
+def test_file_extension_selects_image_format(
     run, write, tmp_path: Path, ending: str, projection: str
 ) -> None:
     target = tmp_path / f"net.{ending}"
@@ -29,13 +29,13 @@ def test_the_ending_says_what_is_drawn(
     assert target.read_bytes().startswith(MAGIC[ending.lower()])
 
 
-def test_contours_are_drawn_by_the_method_named(run, write, tmp_path: Path) -> None:
+def test_contour_method_is_used_and_reported(run, write, tmp_path: Path) -> None:
     ran = run("stereonet", write(TABLE), "-o", tmp_path / "n.svg", "--contour", "kamb", "--json")
     assert ran.code == 0
     assert ran.json["contour"] == "kamb"
 
 
-def test_contours_are_as_asked_and_their_figures_are_told(run, write, tmp_path: Path) -> None:
+def test_contour_options_are_applied_and_densities_reported(run, write, tmp_path: Path) -> None:
     table = TABLE + "".join(f"joint,{200 + i},{70 + i}\n" for i in range(12))
     words = ["--contour", "linear_kamb", "--levels", "9,3,3", "--each-set", "--filled"]
     ran = run(
@@ -58,7 +58,7 @@ def test_contours_are_as_asked_and_their_figures_are_told(run, write, tmp_path: 
     assert plain.json["density"] is None
 
 
-def test_one_set_alone_is_contoured_and_named_in_the_legend(run, write, tmp_path: Path) -> None:
+def test_single_set_is_contoured_and_named_in_legend(run, write, tmp_path: Path) -> None:
     table = TABLE + "".join(f"joint,{200 + i},{70 + i}\n" for i in range(12))
     words = ["stereonet", write(table), "-o", tmp_path / "n.svg", "--contour", "kamb", "--force"]
 
@@ -76,7 +76,7 @@ def test_one_set_alone_is_contoured_and_named_in_the_legend(run, write, tmp_path
     error_of(ran.json, "option.not-a-choice", field="--contour-set")
 
 
-def test_contours_of_a_few_and_of_nothing_dense_are_warned_of(run, write, tmp_path: Path) -> None:
+def test_few_data_and_empty_contours_give_warnings(run, write, tmp_path: Path) -> None:
     words = ["--contour", "kamb", "--levels", "900"]
     ran = run("stereonet", write(TABLE), "-o", tmp_path / "n.svg", *words, "--json")
     assert ran.code == 0
@@ -119,7 +119,7 @@ def test_contours_of_a_few_and_of_nothing_dense_are_warned_of(run, write, tmp_pa
         ([], "command.arguments-missing", {"names": ["--output"], "field": "--output"}),
     ],
 )
-def test_wrong_wishes_are_refused_and_nothing_is_drawn(
+def test_invalid_options_are_refused_and_nothing_is_drawn(
     run,
     write,
     tmp_path: Path,
@@ -144,13 +144,13 @@ def test_an_existing_picture_is_replaced_only_by_force(run, write, tmp_path: Pat
     assert target.read_bytes().startswith(MAGIC["svg"])
 
 
-def test_planes_and_lines_and_sets_are_told_apart(run, write, tmp_path: Path) -> None:
+def test_planes_lines_and_sets_are_counted_separately(run, write, tmp_path: Path) -> None:
     text = "set,element,dipdir,dip,trend,plunge\na,plane,10,20,,\na,line,,,30,40\nb,plane,5,6,,\n"
     ran = run("stereonet", write(text), "-o", tmp_path / "n.svg", "--json")
     assert ran.json["sets"] == {"a (planes)": 1, "a (lines)": 1, "b": 1}
 
 
-def test_a_bad_table_leaves_no_picture(run, write, tmp_path: Path) -> None:
+def test_invalid_table_leaves_no_image(run, write, tmp_path: Path) -> None:
     ran = run("stereonet", write("dipdir,dip\n10,95\n"), "-o", tmp_path / "n.svg")
     assert ran.code == 2
     assert "line 2" in ran.said
@@ -168,7 +168,7 @@ def test_untilting_brings_the_beds_to_the_horizontal(run, write, tmp_path) -> No
     assert abs(turned["density"]["parts"][0]["trend_deg"] - 342) < 5
 
 
-def test_circles_and_intersections_are_drawn_and_named(run, write, tmp_path) -> None:
+def test_circles_and_intersections_are_drawn_and_reported(run, write, tmp_path) -> None:
     path = write("dipdir,dip\n90,30\n200,60\n330,45\n")
     ran = run(
         "stereonet",
@@ -201,14 +201,14 @@ def test_circles_and_intersections_are_drawn_and_named(run, write, tmp_path) -> 
         (("--cone", "10/20/nan"), "net.not-three-numbers", {"text": "10/20/nan"}),
     ],
 )
-def test_options_that_cannot_be_are_refused(run, write, tmp_path, words, code, values) -> None:
+def test_invalid_options_are_refused(run, write, tmp_path, words, code, values) -> None:
     table, net = write("dipdir,dip\n90,30\n"), tmp_path / "net.svg"
     ran = run("stereonet", table, "-o", net, *words, "--json")
     assert ran.code == 2
     error_of(ran.json, code, field=words[0], **values)
 
 
-def test_intersections_need_two_planes_and_not_too_many(run, write, tmp_path) -> None:
+def test_intersections_need_between_two_and_maximum_number_of_planes(run, write, tmp_path) -> None:
     net = tmp_path / "net.svg"
     few = run("stereonet", write("dipdir,dip\n90,30\n"), "-o", net, "--intersections")
     assert few.code == 2
@@ -218,7 +218,7 @@ def test_intersections_need_two_planes_and_not_too_many(run, write, tmp_path) ->
     assert "400" in many.said
 
 
-def test_sets_have_the_colours_that_are_asked_for(run, write, tmp_path) -> None:
+def test_sets_get_requested_colours(run, write, tmp_path) -> None:
     table = write("dipdir,dip,kind\n" + "100,40,Bed A\n102,41,Bed A\n98,42,Bed A\n200,70,joint\n")
     for command in ("stereonet", "rose"):
         out = tmp_path / f"{command}.svg"

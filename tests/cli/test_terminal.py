@@ -23,14 +23,18 @@ def table(folder: Path) -> Path:
     return path
 
 
-def test_what_is_said_of_a_table(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_control_characters_in_table_are_escaped(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     assert main(["stats", str(table(tmp_path)), "--by", "set"]) == 0
     said = "".join(capfd.readouterr())
     assert "B\\u009b31m\\u202egnp" in said
     assert not STEERING & set(said)
 
 
-def test_an_error_about_a_file(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_control_characters_in_error_are_escaped(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     path = tmp_path / f"{NAME}.obj"
     path.write_text("nothing")
     assert main(["info", str(path)]) == 2
@@ -39,7 +43,9 @@ def test_an_error_about_a_file(tmp_path: Path, capfd: pytest.CaptureFixture[str]
     assert not STEERING & set(said)
 
 
-def test_json_says_the_name_itself(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_json_output_escapes_control_characters_losslessly(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     assert main(["stats", str(table(tmp_path)), "--by", "set", "--json"]) == 0
     said = capfd.readouterr().out
     assert not STEERING & set(said)
@@ -54,7 +60,7 @@ def words_in(value: object) -> str:
     return str(value)
 
 
-def test_other_words_are_left_alone() -> None:
+def test_ordinary_unicode_text_is_unchanged() -> None:
     words = "Störung 60°, ± 3\tשכבה أساس 地層\n"
     assert escape_for_terminal(words) == words
     assert json.loads(to_json({"name": NAME})) == {"name": NAME}

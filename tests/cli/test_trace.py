@@ -41,7 +41,9 @@ def clicks(tmp_path: Path) -> Path:
     return path
 
 
-def test_the_object_and_the_table(run, slope: Path, clicks: Path, tmp_path: Path) -> None:
+def test_trace_is_reported_and_written_to_table(
+    run, slope: Path, clicks: Path, tmp_path: Path
+) -> None:
     table = tmp_path / "bed.csv"
     words = ["trace", slope, "--through", clicks, "-o", table, "--cost", "grey"]
     ran = run(*words, "--json")
@@ -63,7 +65,7 @@ def test_the_object_and_the_table(run, slope: Path, clicks: Path, tmp_path: Path
     assert run(*words, "--force").code == 0
 
 
-def test_a_way_point_off_the_model_is_named_by_its_line(
+def test_way_point_off_model_is_reported_with_its_line(
     run, slope: Path, clicks: Path, tmp_path: Path
 ) -> None:
     clicks.write_text("x,y,z\n0.05,1.9,1.0\n2.0,2.1,5.0\n")
@@ -84,7 +86,7 @@ def test_a_way_point_off_the_model_is_named_by_its_line(
         ("x,y,z\n0.05,1.9,1.0\n2.0,2.1,1.0\n", "colour"),
     ],
 )
-def test_what_cannot_be_followed_is_refused(
+def test_untraceable_input_is_refused(
     run, slope: Path, clicks: Path, tmp_path: Path, text: str, cost: str
 ) -> None:
     clicks.write_text(text)
@@ -99,7 +101,7 @@ DARK = np.full((1, 3, 1, 1), -1.0 / 3.0)
 
 
 @pytest.mark.full
-def test_the_edges_of_a_network_are_followed(run, tmp_path: Path) -> None:
+def test_edges_detected_by_network_are_followed(run, tmp_path: Path) -> None:
     y, x = (a.ravel() * 0.05 for a in np.mgrid[0:80, 0:80])
     z = 0.5 * y + 0.3 * np.sin(3.0 * x) + 0.01
     grey = np.where(np.abs(z - 1.0) < 0.02, 10, 250) + np.zeros((3, 1))
@@ -228,7 +230,7 @@ def test_a_trace_is_followed_in_a_photo(run, photographed: Path, tmp_path: Path)
 
 @pytest.mark.full
 @pytest.mark.parametrize("more", [["--cost", "auto"], ["--cost", "onnx"]])
-def test_in_a_photo_the_best_cost_and_a_network(run, photographed, tmp_path, more) -> None:
+def test_photo_trace_supports_automatic_cost_and_network(run, photographed, tmp_path, more) -> None:
     network = tmp_path / "n.onnx"
     network.write_bytes(convolution(DARK, bias=1.0))
     if "onnx" in more:
@@ -279,7 +281,7 @@ def test_in_a_photo_the_best_cost_and_a_network(run, photographed, tmp_path, mor
         ),
     ],
 )
-def test_what_cannot_be_followed_in_a_photo_is_refused(
+def test_untraceable_photo_input_is_refused(
     run, photographed: Path, tmp_path: Path, more: list[str], code: str, values: dict[str, object]
 ) -> None:
     ran = run(
@@ -297,7 +299,7 @@ def test_what_cannot_be_followed_in_a_photo_is_refused(
     assert not (tmp_path / "t.csv").exists()
 
 
-def test_a_drawing_is_not_followed_in_a_photo(run, slope: Path, tmp_path: Path) -> None:
+def test_drawing_cannot_be_followed_in_photo(run, slope: Path, tmp_path: Path) -> None:
     ran = run(
         "trace",
         slope,
@@ -318,7 +320,7 @@ def test_a_drawing_is_not_followed_in_a_photo(run, slope: Path, tmp_path: Path) 
     )
 
 
-def test_lines_are_proposed_and_no_results(run, slope: Path, tmp_path: Path) -> None:
+def test_lines_are_proposed_and_written(run, slope: Path, tmp_path: Path) -> None:
     table = tmp_path / "seen.csv"
     ran = run("trace", slope, "--propose", "--cost", "grey", "-o", table, "--json")
     assert ran.code == 0, ran.said

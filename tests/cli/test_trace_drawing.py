@@ -110,7 +110,7 @@ def check(run, scene: Path, drawing: Path, names=("1", "2"), picture: str = "o")
 
 @pytest.mark.parametrize("ending", ["gpkg", "geojson", "shp", "dxf"])
 @pytest.mark.parametrize("picture", ["o", "map"])
-def test_lines_that_ogr_wrote_come_back(run, scene, tmp_path, ending, picture) -> None:  # type: ignore[no-untyped-def]
+def test_lines_written_by_ogr_are_read_back(run, scene, tmp_path, ending, picture) -> None:  # type: ignore[no-untyped-def]
     if picture == "map" and ending == "geojson":
         pytest.skip("a GeoJSON on the map has degrees")
     _, xy = drawn(scene, picture)
@@ -148,7 +148,7 @@ def test_lines_that_ogr_wrote_come_back(run, scene, tmp_path, ending, picture) -
         check(run, scene, path, ("bed", "fault") if fields else ("1", "2"))
 
 
-def test_a_drawing_of_ezdxf_comes_back(run, scene: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+def test_ezdxf_drawing_is_read_back(run, scene: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     _, xy = drawn(scene)
     document = ezdxf.new("R2010")
     document.modelspace().add_lwpolyline(xy[0])
@@ -175,7 +175,7 @@ INKSCAPE = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def test_a_drawing_of_inkscape_comes_back_through_its_transforms(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_inkscape_drawing_is_read_back_through_transforms(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     pixels, _ = drawn(scene)
     with rasterio.open(scene / "o.tif") as file:
         w, h = 0.2 * file.width, 0.2 * file.height
@@ -194,7 +194,7 @@ def test_a_drawing_of_inkscape_comes_back_through_its_transforms(run, scene, tmp
     check(run, scene, drawing, ("bed", "fault"))
 
 
-def test_a_page_of_the_pictures_own_pixels_comes_back(run, scene: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+def test_svg_page_in_image_pixels_is_read_back(run, scene: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     pixels, _ = drawn(scene)
     with rasterio.open(scene / "o.tif") as file:
         size = f'viewBox="0 0 {file.width} {file.height}"'
@@ -217,7 +217,7 @@ def test_a_page_of_the_pictures_own_pixels_comes_back(run, scene: Path, tmp_path
     assert "drawing.other-picture" in shown_codes(ran.err)
 
 
-def test_curves_of_paths_are_those_of_the_standard(tmp_path: Path) -> None:
+def test_svg_path_curves_match_the_standard(tmp_path: Path) -> None:
     """A circle of arcs; a parabola; cubic curves against their formula."""
     path = tmp_path / "c.svg"
     path.write_text(
@@ -304,9 +304,7 @@ def test_a_drawing_of_another_picture_is_refused(run, scene: Path, tmp_path: Pat
 
 
 @pytest.mark.full
-def test_points_beside_the_surface_are_counted_and_the_line_made_denser(
-    run, scene, tmp_path
-) -> None:  # type: ignore[no-untyped-def]
+def test_points_off_surface_are_counted_and_step_densifies_line(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     _, xy = drawn(scene)
     facts = json.loads((scene / "o.json").read_text("utf-8"))
     a, _, c, _, e, f = facts["geotransform"]
@@ -327,7 +325,7 @@ def test_points_beside_the_surface_are_counted_and_the_line_made_denser(
 
 
 @pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
-def test_the_interpretation_goes_over_the_picture_and_back_into_a_project(run, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_interpretation_is_drawn_on_orthophoto_and_read_back(run, tmp_path) -> None:  # type: ignore[no-untyped-def]
     project = tmp_path / "p.vom"
     shutil.copytree(SPECIMEN, project)
     model = project / "models" / "face" / "face.obj"
@@ -382,7 +380,7 @@ def test_the_interpretation_goes_over_the_picture_and_back_into_a_project(run, t
 
 @pytest.mark.full
 @pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
-def test_parts_of_the_interpretation_are_chosen(run, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+def test_show_option_selects_parts_of_interpretation(run, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     model = SPECIMEN / "models" / "face" / "face.obj"
     words = ("ortho", model, "--trend", 31, "--plunge", 11, "--gsd", 0.1)
 

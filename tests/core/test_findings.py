@@ -42,7 +42,7 @@ ASSUMED = Finding(
 )
 
 
-def test_json_has_code_severity_message_and_values() -> None:
+def test_to_dict_has_code_severity_message_and_values() -> None:
     row = ASSUMED.to_dict()
     assert row["code"] == "frame.assumed"
     assert row["severity"] == "warning"
@@ -50,7 +50,7 @@ def test_json_has_code_severity_message_and_values() -> None:
     assert "a.obj" in row["message"]
 
 
-def test_an_answer_prints_findings_as_objects() -> None:
+def test_json_output_contains_findings_as_objects() -> None:
     answer = json.loads(to_json({"warnings": [ASSUMED], "n": 1}))
     assert answer["warnings"] == [ASSUMED.to_dict()]
 
@@ -58,7 +58,7 @@ def test_an_answer_prints_findings_as_objects() -> None:
 @pytest.mark.parametrize(
     "finding", [ASSUMED, uncoded_finding("Plain."), uncoded_finding("Plain.").with_file("b")]
 )
-def test_a_finding_survives_every_way_between_processes(finding: Finding) -> None:
+def test_finding_survives_pickling_and_serialisation(finding: Finding) -> None:
     assert pickle.loads(pickle.dumps(finding)) == finding
     assert copy.deepcopy(finding) == finding
     assert Finding.from_dict(json.loads(json.dumps(finding.to_dict()))) == finding
@@ -72,14 +72,14 @@ def test_a_finding_cannot_be_changed() -> None:
         ASSUMED.code = "other"  # type: ignore[misc]
 
 
-def test_an_unknown_code_or_a_missing_value_is_an_error_of_the_programmer() -> None:
+def test_unknown_code_or_missing_value_raises_key_error() -> None:
     with pytest.raises(KeyError):
         Finding("no.such-code")
     with pytest.raises(KeyError):
         Finding("frame.assumed", file="a.obj")
 
 
-def test_a_finding_names_its_file_once() -> None:
+def test_message_contains_file_only_once() -> None:
     assert ASSUMED.with_file("other.obj") is ASSUMED
     assert uncoded_finding("Plain.").with_file("b.obj").message == "b.obj: Plain."
 
@@ -95,20 +95,20 @@ def test_the_finding_of_an_error_states_its_file_line_and_field() -> None:
     assert to_finding(argument) == cause_finding(argument)
 
 
-def test_the_finding_of_an_error_of_another_process_has_the_file_of_its_text() -> None:
+def test_finding_of_error_from_another_process_keeps_its_file() -> None:
     cause = Finding("registration.unknown-version", file="a.json", version="9", known=1)
     error = from_dict(InputError(cause, file="a.json").to_dict(), InputError.exit_code)
     assert cause_finding(error) == to_finding(error) == cause
 
 
-def test_numbers_in_lists_are_restored_in_another_process() -> None:
+def test_numbers_in_lists_survive_json() -> None:
     cause = Finding("path.invalid", reason="too far", limits_m=(1.0, float("inf")))
     assert Finding.from_dict(json.loads(json.dumps(cause.to_dict()))) == cause
     error = from_dict(json.loads(json.dumps(InputError(cause).to_dict())), InputError.exit_code)
     assert cause_finding(error) == cause
 
 
-def test_repeats_are_dropped_in_order() -> None:
+def test_duplicates_are_dropped_in_order() -> None:
     other = uncoded_finding("Plain.")
     assert unique_findings([other, ASSUMED, other, ASSUMED]) == (other, ASSUMED)
 
@@ -139,7 +139,7 @@ def test_each_code_has_one_subject_and_occurs_in_the_program() -> None:
     assert [code for code in codes if code not in used] == []
 
 
-def test_a_number_chooses_the_text(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_count_selects_singular_or_plural_text(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(TEXTS, "file.several", ("info", "{count} line.", "{count} lines."))
     assert [Finding("file.several", count=n).message for n in (1, 2)] == ["1 line.", "2 lines."]
     with pytest.raises(KeyError):
@@ -158,7 +158,7 @@ def test_large_numbers_have_no_exponent(monkeypatch: pytest.MonkeyPatch, spec: s
         assert number == pytest.approx(depth, rel=0.005)
 
 
-def test_values_are_plain() -> None:
+def test_values_are_json_serialisable() -> None:
     finding = Finding("uncoded", text="a", file=Path("b.obj"), n=np.int64(3), x=[np.float64(0.5)])
     assert json.loads(json.dumps(finding.values)) == {
         "text": "a",

@@ -52,7 +52,7 @@ def test_results_come_in_the_order_of_the_items(threads: int, count: int) -> Non
 
 
 @pytest.mark.parametrize("threads", [1, 3])
-def test_unordered_results_are_named_by_the_number_of_their_item(threads: int) -> None:
+def test_unordered_results_have_index_of_their_item(threads: int) -> None:
     work, taken = Work(), []
 
     def items():
@@ -69,7 +69,7 @@ def test_unordered_results_are_named_by_the_number_of_their_item(threads: int) -
 
 
 @pytest.mark.parametrize("parallel", [map_parallel, map_unordered])
-def test_an_error_is_raised_and_nothing_runs_any_more(parallel) -> None:
+def test_error_is_raised_and_no_more_items_run(parallel) -> None:
     work = Work()
     with pytest.raises(ValueError, match="-1"):
         list(parallel(work, [1, -1, *range(2, 50)], 2))
@@ -95,7 +95,7 @@ def test_nothing_runs_once_the_caller_has_stopped(parallel) -> None:
     assert len(work.done) == done
 
 
-def test_who_waits_for_results_is_asked_whether_to_go_on() -> None:
+def test_check_function_can_interrupt_waiting() -> None:
     begun, end = time.monotonic(), threading.Event()
 
     def check() -> None:
@@ -116,7 +116,7 @@ def test_a_future_has_the_result_or_the_error() -> None:
         run_in_thread(sys.exit, 3, name="end").result(5.0)
 
 
-def test_a_thread_has_its_name_and_does_not_keep_the_process_unless_told_so() -> None:
+def test_thread_has_name_and_is_daemon_by_default() -> None:
     names: list[tuple[str, bool]] = []
 
     def note() -> None:
@@ -138,7 +138,7 @@ def test_a_timer_calls_once_unless_it_is_cancelled() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux has priorities of threads")
-def test_only_the_thread_itself_and_those_that_it_starts_have_a_lower_priority() -> None:
+def test_lowered_priority_applies_only_to_thread_and_its_children() -> None:
     def priority() -> int:
         return os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
 
@@ -153,7 +153,7 @@ def test_only_the_thread_itself_and_those_that_it_starts_have_a_lower_priority()
     assert priority() == before
 
 
-def test_a_command_that_needs_no_pool_does_not_import_one() -> None:
+def test_threads_module_does_not_import_concurrent_futures() -> None:
     code = "import sys, vomstudio.core.threads; print('concurrent.futures' in sys.modules)"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout.strip() == "False"

@@ -39,7 +39,7 @@ def bedded(colours: bool = True) -> tuple[PointCloud, np.ndarray]:
     return output, clicks
 
 
-def test_the_path_with_the_least_stated_error_is_taken() -> None:
+def test_path_with_smallest_stated_error_is_selected() -> None:
     data, clicks = bedded()
     surface = SurfaceGraph(data)
     path, cost, candidates = follow_best(surface, clicks, lambda _: 0.04)
@@ -56,7 +56,7 @@ def test_the_path_with_the_least_stated_error_is_taken() -> None:
     assert result.plane["dip_deg"] < result.plane["total95_deg"] + 0.5
 
 
-def test_a_path_that_strays_alone_is_not_taken_for_the_plane_that_it_makes_by_straying() -> None:
+def test_single_deviating_path_is_not_selected() -> None:
     """Three ways along a straight seam on a wavy wall, which leave its plane open and say so, and
     one that turns off it for a while and comes back: whatever it follows, the seam it is not."""
     rng = np.random.default_rng(11)
@@ -81,13 +81,13 @@ def test_a_path_that_strays_alone_is_not_taken_for_the_plane_that_it_makes_by_st
     assert path.points is ways[cost]
 
 
-def test_without_colours_the_surface_is_followed() -> None:
+def test_curvature_is_followed_without_colours() -> None:
     data, clicks = bedded(colours=False)
     assert available_costs(SurfaceGraph(data)) == ("curvature",)
     assert follow_best(SurfaceGraph(data), clicks, lambda _: 0.04)[1] == "curvature"
 
 
-def test_parts_that_do_not_hang_together_are_refused() -> None:
+def test_disconnected_parts_are_refused() -> None:
     data, clicks = bedded()
     points = np.concatenate([data.points, data.points + [100.0, 0.0, 0.0]])
     far = np.array([clicks[0], clicks[1] + [100.0, 0.0, 0.0]])
@@ -97,7 +97,7 @@ def test_parts_that_do_not_hang_together_are_refused() -> None:
 
 @pytest.mark.parametrize("cost", first_in_default_tier(["auto", "dark"]))
 @pytest.mark.parametrize("mesh", first_in_default_tier([False, True]))
-def test_a_line_on_a_flat_face_leaves_its_plane_open(mesh: bool, cost: str) -> None:
+def test_line_on_flat_face_leaves_plane_undetermined(mesh: bool, cost: str) -> None:
     """Lightness leads away from a dark bed, along the face, whose plane is told exactly so."""
     rng = np.random.default_rng(5)
     count, held = 0, 0
@@ -122,7 +122,7 @@ def test_a_line_on_a_flat_face_leaves_its_plane_open(mesh: bool, cost: str) -> N
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mesh", [False, True])
-def test_the_stated_error_of_the_best_holds(mesh: bool) -> None:
+def test_stated_error_of_best_path_is_reliable(mesh: bool) -> None:
     rng = np.random.default_rng(3)
     joint, total, good_but_off, good = [], [], 0, 0
     while len(total) < 120:

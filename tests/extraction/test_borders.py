@@ -49,7 +49,7 @@ def shapes(count: int) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("count", first_in_default_tier([12, 60, 500, 3900], 4))
 @pytest.mark.parametrize("name", first_in_default_tier(sorted(shapes(12)), 4))
-def test_a_border_goes_around_the_triangles_with_small_circles(name: str, count: int) -> None:
+def test_border_matches_alpha_shape_of_triangulation(name: str, count: int) -> None:
     flat = shapes(count)[name]
     spacing = float(np.sqrt(4.0 / count))
     points = np.column_stack([flat, np.zeros(len(flat))]) + CENTRE
@@ -59,7 +59,7 @@ def test_a_border_goes_around_the_triangles_with_small_circles(name: str, count:
     assert shapely.symmetric_difference(polygon, own).area <= 1e-4 * max(own.area, spacing**2)
 
 
-def test_a_lattice_has_its_rectangle_and_points_on_a_line_have_none() -> None:
+def test_lattice_border_is_rectangle_and_collinear_points_have_none() -> None:
     lattice = np.stack(np.meshgrid(np.arange(90.0), np.arange(70.0), [0.0]), -1).reshape(-1, 3)
     polygon, _ = enclose_points(lattice, 1.0, CENTRE, NORMAL)
     assert polygon.equals(shapely.box(*polygon.bounds))
@@ -70,7 +70,7 @@ def test_a_lattice_has_its_rectangle_and_points_on_a_line_have_none() -> None:
 
 
 @pytest.mark.full
-def test_many_points_have_the_border_of_all_of_them() -> None:
+def test_border_of_many_points_encloses_all_of_them() -> None:
     rng = np.random.default_rng(1)
     flat = rng.uniform(0.0, 2.0, (60_000, 2))
     flat = flat[np.hypot(*(flat - 1.0).T) > 0.4]
@@ -84,7 +84,7 @@ def test_many_points_have_the_border_of_all_of_them() -> None:
 
 
 @pytest.mark.parametrize("count", [20_000, 200_000])
-def test_where_points_get_thin_the_facet_goes_on(count: int) -> None:
+def test_facet_continues_where_points_become_sparse(count: int) -> None:
     """As before a scanner: a hundred times as dense at one end as at the other."""
     rng = np.random.default_rng(2)
     u, v = axes_of(100.0, 80.0)

@@ -18,7 +18,7 @@ ATTITUDES = [(40.0, 70.0), (130.0, 85.0), (250.0, 15.0)]
 
 
 @pytest.mark.parametrize("per_cell", [3.0, 16.0, 60.0])
-def test_cells_hold_all_points_and_know_the_cells_around_them(per_cell: float) -> None:
+def test_cells_contain_all_points_and_list_their_neighbours(per_cell: float) -> None:
     rng = np.random.default_rng(1)
     points = np.concatenate([sheet(rng, (40.0, 70.0), (0.0, 0.0, 0.0)), rng.normal(size=(500, 3))])
     local = points - np.floor(points.min(axis=0))
@@ -37,7 +37,7 @@ def test_cells_hold_all_points_and_know_the_cells_around_them(per_cell: float) -
         assert np.array_equal(np.sort(near[starts[c] : starts[c + 1]]), beside)
 
 
-def test_points_at_one_place_are_one_point_of_the_grid() -> None:
+def test_coincident_points_are_merged_in_grid() -> None:
     rng = np.random.default_rng(2)
     local = rng.uniform(0.0, 4.0, (3000, 3))
     few = np.concatenate([local, local[:1]])
@@ -48,7 +48,7 @@ def test_points_at_one_place_are_one_point_of_the_grid() -> None:
         assert np.array_equal(grid.places[grid.inverse_rows], points)
 
 
-def test_a_point_amid_a_plane_needs_no_look_of_its_own_and_one_at_an_edge_does() -> None:
+def test_points_inside_plane_are_closed_and_points_at_edge_open() -> None:
     rng = np.random.default_rng(3)
     floor = np.stack([*rng.uniform(0.0, 2.0, (2, 40_000)), np.zeros(40_000)], axis=1)
     wall = np.stack(
@@ -69,7 +69,7 @@ def test_a_point_amid_a_plane_needs_no_look_of_its_own_and_one_at_an_edge_does()
 
 
 @pytest.mark.parametrize("noise", [0.002, 0.012, 0.03])
-def test_planes_of_a_dense_cloud_are_those_that_were_made(noise: float) -> None:
+def test_planes_of_dense_cloud_are_recovered(noise: float) -> None:
     rng = np.random.default_rng(4)
     counts = (60_000, 20_000, 8_000)
     parts = [
@@ -105,7 +105,7 @@ def test_small_planes_beside_large_ones_are_found_in_a_dense_cloud() -> None:
 
 
 @pytest.mark.full
-def test_a_dense_cloud_with_twins_far_places_and_given_normals_tells_the_same() -> None:
+def test_duplicates_shifts_and_given_normals_do_not_change_dense_result() -> None:
     rng = np.random.default_rng(6)
     parts = [
         sheet(rng, attitude, (4.0 * i, 0.0, 0.0), count=20_000)
@@ -126,7 +126,7 @@ def test_a_dense_cloud_with_twins_far_places_and_given_normals_tells_the_same() 
 
 
 @pytest.mark.full
-def test_dense_clouds_without_an_edge_or_without_a_surface_end_plainly() -> None:
+def test_exact_plane_is_one_facet_and_line_has_none_in_dense_cloud() -> None:
     rng = np.random.default_rng(7)
     x, y = rng.uniform(0.0, 10.0, (2, 60_000))
     exact = np.stack([x, y, 0.5 * x], axis=1)

@@ -67,7 +67,7 @@ def test_a_closed_surface_stays_closed_and_keeps_its_area(cell: float) -> None:
     assert np.array_equal(result.nodes[faces[result.rows]], result.faces)
 
 
-def test_what_only_lies_close_by_is_not_put_together() -> None:
+def test_close_but_unconnected_surfaces_are_not_merged() -> None:
     vertices, faces = ball(5)
     both = np.concatenate([vertices, 1.001 * vertices])
     result = thin_mesh(both, np.concatenate([faces, faces + len(vertices)]), 0.2)
@@ -75,7 +75,7 @@ def test_what_only_lies_close_by_is_not_put_together() -> None:
     assert not np.isin(inner, outer).any()
 
 
-def test_pieces_smaller_than_a_cube_stay_and_no_vertex_is_without_a_face() -> None:
+def test_small_pieces_are_kept_and_every_vertex_has_a_face() -> None:
     vertices, faces = ball(3)
     places = np.concatenate([vertices, 0.01 * vertices + (5.2, 0.2, 0.2)])
     result = thin_mesh(places, np.concatenate([faces, faces + len(vertices)]), 0.5)
@@ -90,7 +90,7 @@ def test_pieces_smaller_than_a_cube_stay_and_no_vertex_is_without_a_face() -> No
 
 
 @pytest.mark.full
-def test_a_mesh_divided_finer_has_the_same_map() -> None:
+def test_subdivided_mesh_gives_same_map() -> None:
     coarse = waves()
     vertices, faces = divided(np.asarray(coarse.vertices), np.asarray(coarse.faces, np.int64))
     vertices, faces = divided(vertices, faces)

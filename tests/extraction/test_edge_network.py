@@ -35,7 +35,7 @@ def by_hand(picture: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("size", [("h", "w"), (64, 96)])
 @pytest.mark.parametrize("shape", [(40, 50), (64, 96), (700, 1130)])
-def test_every_pixel_has_the_answer_in_closed_form(tmp_path, size, shape) -> None:
+def test_probability_of_every_pixel_matches_closed_form(tmp_path, size, shape) -> None:
     picture = np.random.default_rng(2).integers(0, 256, (*shape, 3), np.uint8)
     net = EdgeNetwork(network(tmp_path, convolution(SOBEL, after=["Abs"], size=size)))
     result = net.compute_probability(picture, SilentProgress())
@@ -44,7 +44,7 @@ def test_every_pixel_has_the_answer_in_closed_form(tmp_path, size, shape) -> Non
     np.testing.assert_allclose(result[1:-1, 1:-1], by_hand(picture), atol=1e-5)
 
 
-def test_of_one_channel_too(tmp_path) -> None:
+def test_single_channel_network_is_supported(tmp_path) -> None:
     picture = np.full((64, 64, 3), 90, np.uint8)
     weights = np.zeros((1, 1, 1, 1)) + 0.5
     net = EdgeNetwork(network(tmp_path, convolution(weights)))
@@ -64,7 +64,7 @@ def test_of_one_channel_too(tmp_path) -> None:
         (convolution(SOBEL, after=["NoSuchOperator"]), "network.not-loaded", {}),
     ],
 )
-def test_what_is_no_such_network_is_refused(tmp_path, raw, code, values) -> None:
+def test_invalid_networks_are_refused(tmp_path, raw, code, values) -> None:
     with refused(code, file=tmp_path / "net.onnx", **values):
         EdgeNetwork(network(tmp_path, raw)).compute_probability(
             np.zeros((64, 64, 3), np.uint8), SilentProgress()
@@ -84,13 +84,13 @@ def test_what_is_no_such_network_is_refused(tmp_path, raw, code, values) -> None
         (convolution(SOBEL, bias=7.0), "network.not-probabilities", {"low": 7.0, "high": 7.0}),
     ],
 )
-def test_another_answer_is_refused(tmp_path, raw, code, values) -> None:
+def test_invalid_network_output_is_refused(tmp_path, raw, code, values) -> None:
     net = EdgeNetwork(network(tmp_path, raw))
     with refused(code, **values):
         net.compute_probability(np.zeros((64, 64, 3), np.uint8), SilentProgress())
 
 
-def test_missing_huge_and_stopped(tmp_path) -> None:
+def test_missing_and_huge_networks_are_refused_and_run_is_cancellable(tmp_path) -> None:
     with refused("file.unreadable", file=tmp_path / "none.onnx"):
         EdgeNetwork(tmp_path / "none.onnx")
     huge = tmp_path / "huge.onnx"
@@ -105,7 +105,7 @@ def test_missing_huge_and_stopped(tmp_path) -> None:
         net.compute_probability(np.zeros((64, 64, 3), np.uint8), SilentProgress(token))
 
 
-def test_textures_become_edges(tmp_path) -> None:
+def test_textures_are_replaced_by_edges(tmp_path) -> None:
     from PIL import Image
 
     picture = np.zeros((64, 64, 3), np.uint8)
@@ -130,7 +130,7 @@ def test_textures_become_edges(tmp_path) -> None:
     assert (np.delete(worn, [31, 32], axis=1)[:, :60] == 255).all()
 
 
-def test_points_become_edges_where_they_are_seen(tmp_path) -> None:
+def test_visible_points_are_coloured_by_edges(tmp_path) -> None:
     y, x = (a.ravel() * 0.1 for a in np.mgrid[0:40, 0:60])
     colours = np.where(x[:, None] < 2.95, 40, 240) * np.ones(3)
     behind = np.flatnonzero((np.abs(y - 2.0) < 0.01) & (x > 1.5) & (x < 4.5))

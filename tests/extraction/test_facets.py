@@ -61,7 +61,7 @@ def test_planes_of_a_cloud_are_found_with_their_attitudes() -> None:
         assert len(facet.rows) > 3900
 
 
-def test_what_is_far_from_the_origin_loses_no_digits() -> None:
+def test_large_coordinates_do_not_reduce_precision() -> None:
     cloud, part = three_sheets(np.random.default_rng(1))
     here = find_facets(cloud)
     there = find_facets(PointCloud(cloud.points + [500_000.0, 5_000_000.0, 1000.0]))
@@ -70,7 +70,7 @@ def test_what_is_far_from_the_origin_loses_no_digits() -> None:
         assert error == pytest.approx(errors(here, part)[own], abs=1e-3)
 
 
-def test_a_turned_world_turns_the_dip_directions() -> None:
+def test_rotating_cloud_rotates_dip_directions() -> None:
     cloud, _ = three_sheets(np.random.default_rng(2))
     turn = np.radians(30.0)
     # Clockwise, as azimuths count.
@@ -90,7 +90,7 @@ def test_a_turned_world_turns_the_dip_directions() -> None:
         assert (direction_after - direction) % 360.0 == pytest.approx(30.0, abs=0.05)
 
 
-def test_unequal_density_and_clutter_hide_no_plane() -> None:
+def test_planes_are_found_despite_unequal_density_and_clutter() -> None:
     rng = np.random.default_rng(3)
     parts = [
         sheet(rng, attitude, (4.0 * i, 0.0, 0.0), count=count)
@@ -106,7 +106,7 @@ def test_unequal_density_and_clutter_hide_no_plane() -> None:
         assert np.bincount(part[facet.rows]).max() > 0.97 * len(facet.rows)
 
 
-def test_points_that_stand_twice_change_nothing() -> None:
+def test_duplicate_points_change_nothing() -> None:
     cloud, _ = three_sheets(np.random.default_rng(4), count=2000)
     once = find_facets(cloud)
     twice = find_facets(PointCloud(np.repeat(cloud.points, 2, axis=0)))
@@ -115,7 +115,7 @@ def test_points_that_stand_twice_change_nothing() -> None:
     assert np.array_equal(twice.labels[::2], once.labels)
 
 
-def test_the_treads_and_risers_of_a_staircase_are_facets_of_their_own() -> None:
+def test_treads_and_risers_of_staircase_are_separate_facets() -> None:
     step, high = 0.02, 0.3
     y = np.arange(0.0, 2.0, step)
     profile = []
@@ -131,7 +131,7 @@ def test_the_treads_and_risers_of_a_staircase_are_facets_of_their_own() -> None:
 
 
 @pytest.mark.full
-def test_a_curved_surface_is_said_to_be_one() -> None:
+def test_curved_surface_gives_warning() -> None:
     angle, along = np.meshgrid(np.arange(0.0, np.pi, 0.01), np.arange(0.0, 3.0, 0.02))
     cylinder = np.stack([2.0 * np.cos(angle), along, 2.0 * np.sin(angle)], axis=-1)
     result = find_facets(PointCloud(cylinder.reshape(-1, 3)))
@@ -149,7 +149,7 @@ def test_a_curved_surface_is_said_to_be_one() -> None:
     ("amplitude", "wavelength"),
     first_in_default_tier([(0.1, 4.0), (0.3, 4.0), (0.6, 4.0), (0.05, 1.0), (0.2, 2.0)]),
 )
-def test_folded_beds_are_said_to_be_curved(amplitude: float, wavelength: float) -> None:
+def test_folded_beds_give_curvature_warning(amplitude: float, wavelength: float) -> None:
     x, y = np.random.default_rng(77).uniform(0.0, 8.0, (2, 26_000))
     z = amplitude * np.sin(2.0 * np.pi * x / wavelength)
     z += 0.003 * np.random.default_rng(78).standard_normal(len(x))
@@ -158,7 +158,7 @@ def test_folded_beds_are_said_to_be_curved(amplitude: float, wavelength: float) 
 
 
 @pytest.mark.full
-def test_chevrons_and_flat_steps_are_not_said_to_be_curved() -> None:
+def test_chevrons_and_flat_steps_give_no_curvature_warning() -> None:
     rng = np.random.default_rng(79)
     x, y = rng.uniform(0.0, 8.0, (2, 26_000))
     z = 0.6 / np.pi * np.arcsin(np.sin(2.0 * np.pi * x / 4.0)) + 0.01 * rng.standard_normal(len(x))
@@ -184,7 +184,7 @@ def rough(rng: np.random.Generator, *, steep: bool) -> np.ndarray:
 
 
 @pytest.mark.full
-def test_where_little_is_planar_the_advice_is_to_pick_traces() -> None:
+def test_mostly_non_planar_surface_gives_warning() -> None:
     rng = np.random.default_rng(6)
     plane = sheet(rng, (90.0, 80.0), (14.0, 5.0, 0.0), size=2.0, count=4000)
     cloud = PointCloud(np.concatenate([rough(rng, steep=True), plane]))
@@ -197,7 +197,7 @@ def test_where_little_is_planar_the_advice_is_to_pick_traces() -> None:
 
 
 @pytest.mark.full
-def test_debris_at_the_foot_of_a_wall_is_no_exposure() -> None:
+def test_debris_below_wall_is_not_counted_as_exposure() -> None:
     rng = np.random.default_rng(6)
     wall = sheet(rng, (90.0, 80.0), (14.0, 5.0, 5.0), size=8.0, count=40_000)
     cloud = PointCloud(np.concatenate([rough(rng, steep=False), wall]))
@@ -220,7 +220,7 @@ def tent(noise: float = 0.0, seed: int = 0) -> Mesh:
 
 
 @pytest.mark.parametrize(("noise", "within"), [(0.0, 1e-6), (0.002, 0.1)])
-def test_the_faces_of_a_mesh_are_told_apart_at_a_ridge(noise: float, within: float) -> None:
+def test_mesh_faces_are_separated_at_a_ridge(noise: float, within: float) -> None:
     result = find_facets(tent(noise))
     assert len(result.facets) == 2
     for facet, truth in zip(
@@ -257,7 +257,7 @@ def test_a_mesh_of_few_large_faces_has_facets() -> None:
     assert result.exposure.coverage == pytest.approx(1.0)
 
 
-def test_a_seam_of_the_texture_parts_no_facet() -> None:
+def test_texture_seam_does_not_split_a_facet() -> None:
     mesh = tent()
     # Every face with vertices of its own.
     loose = Mesh(
@@ -268,7 +268,7 @@ def test_a_seam_of_the_texture_parts_no_facet() -> None:
     assert [f.fit.n for f in apart.facets] == [f.fit.n for f in whole.facets]
 
 
-def test_zero_area_faces_islands_and_shared_edges_do_no_harm() -> None:
+def test_degenerate_faces_islands_and_shared_edges_are_tolerated() -> None:
     mesh = tent()
     n = len(mesh.vertices)
     extra = np.array([[0.0, 0.0, 0.1], [0.1, 0.0, 0.1], [0.0, 0.1, 0.1], [np.nan, 0.0, 0.0]])
@@ -283,7 +283,7 @@ def test_zero_area_faces_islands_and_shared_edges_do_no_harm() -> None:
     assert (result.labels[n:] == -1).all()
 
 
-def test_the_border_has_holes_and_the_area_of_the_facet() -> None:
+def test_border_of_facet_has_hole_and_correct_area() -> None:
     rng = np.random.default_rng(7)
     points = sheet(rng, (250.0, 35.0), (100.0, 200.0, 50.0), count=40_000, noise=0.001)
     u = (points - [100.0, 200.0, 50.0]) @ np.array(
@@ -304,7 +304,7 @@ def test_the_border_has_holes_and_the_area_of_the_facet() -> None:
     assert np.abs(off).max() < 1e-3
 
 
-def test_the_hole_of_a_mesh_is_a_hole_of_its_border() -> None:
+def test_hole_in_mesh_is_hole_in_border() -> None:
     mesh = grid_mesh(np.zeros((41, 41)), 0.05)
     middle = mesh.vertices[mesh.faces].mean(axis=1)
     kept = np.abs(middle - [1.0, 1.0, 0.0]).max(axis=1) > 0.25
@@ -324,7 +324,7 @@ def test_wrong_normals_of_a_file_are_not_used() -> None:
     assert by_code(result.warnings)["cloud.normals-unused"]["angle_deg"] > 30.0
 
 
-def test_noise_larger_than_the_spacing_hides_no_plane() -> None:
+def test_planes_are_found_with_noise_larger_than_spacing() -> None:
     rng = np.random.default_rng(9)
     cloud, part = clouds_of(
         *(
@@ -337,7 +337,7 @@ def test_noise_larger_than_the_spacing_hides_no_plane() -> None:
     assert max(errors(result, part).values()) < 0.1
 
 
-def test_thresholds_that_select_nothing_get_a_plain_answer() -> None:
+def test_thresholds_that_select_nothing_give_empty_result() -> None:
     cloud, _ = three_sheets(np.random.default_rng(10), count=500)
     result = find_facets(cloud, FacetOptions(min_area_m2=1e6))
     assert result.facets == []

@@ -28,7 +28,7 @@ def scene(
 
 
 @pytest.mark.parametrize("seed", range(740, 743))
-def test_a_smooth_lawn_is_vegetation_and_no_facet(seed: int) -> None:
+def test_smooth_lawn_is_vegetation_and_not_a_facet(seed: int) -> None:
     result = scene(seed, 4.0, GRASS, 75.0)
     assert len(result.facets) == 1
     assert result.facets[0].fit.dip_deg == pytest.approx(75.0, abs=0.1)
@@ -42,7 +42,7 @@ def test_a_smooth_lawn_is_vegetation_and_no_facet(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", first_in_default_tier(range(743, 746)))
-def test_level_ground_is_told_beside_the_share(seed: int) -> None:
+def test_level_ground_is_reported_with_its_share(seed: int) -> None:
     result = scene(seed, 4.0, (120, 120, 120), 75.0)
     assert len(result.facets) == 2
     assert result.exposure.level_share == pytest.approx(0.8, abs=0.03)
@@ -54,7 +54,7 @@ def test_level_ground_is_told_beside_the_share(seed: int) -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("colour", [(60, 255, 30), (115, 118, 110), (130, 110, 90)])
-def test_greenish_rock_and_drawn_scales_are_no_grass(colour: tuple[int, int, int]) -> None:
+def test_greenish_rock_and_colour_scales_are_not_vegetation(colour: tuple[int, int, int]) -> None:
     result = scene(746, 14.0, colour, 75.0)
     assert len(result.facets) == 2
     assert result.exposure.vegetation_share < 0.01

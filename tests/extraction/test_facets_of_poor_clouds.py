@@ -42,7 +42,7 @@ def worst(result: FacetSegmentation, part: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("times", [2.0, 3.0])
-def test_noise_of_some_spacings_hides_no_plane_and_makes_none(times: float) -> None:
+def test_noise_of_several_spacings_neither_hides_nor_adds_planes(times: float) -> None:
     rng = np.random.default_rng(1)
     cloud, part = clouds_of(*squares(rng, 3, 2.5, 0.03, times * 0.03))
     result = find_facets(cloud)
@@ -51,7 +51,7 @@ def test_noise_of_some_spacings_hides_no_plane_and_makes_none(times: float) -> N
     assert by_code(result.warnings)["cloud.noisy"]["times"] == pytest.approx(times, rel=0.3)
 
 
-def test_connected_walls_with_much_noise_are_told_apart() -> None:
+def test_connected_noisy_walls_are_separated() -> None:
     rng = np.random.default_rng(2)
     places = rng.uniform(0.0, 4.0, (3, 15_000, 2))
     walls = [np.insert(places[k], k, 0.08 * rng.standard_normal(15_000), axis=1) for k in range(3)]
@@ -63,7 +63,7 @@ def test_connected_walls_with_much_noise_are_told_apart() -> None:
 
 
 @pytest.mark.parametrize("number", first_in_default_tier([15_000, 51_000], 1))
-def test_what_fills_a_volume_has_no_facet_and_is_said_to(number: int) -> None:
+def test_point_volume_has_no_facets_and_gives_warning(number: int) -> None:
     rng = np.random.default_rng(3)
     for points in (
         rng.uniform(0.0, 1.0, (number, 3)),
@@ -75,7 +75,7 @@ def test_what_fills_a_volume_has_no_facet_and_is_said_to(number: int) -> None:
 
 
 @pytest.mark.full
-def test_a_volume_beside_a_quiet_square_has_no_facet() -> None:
+def test_volume_next_to_smooth_square_has_no_facet() -> None:
     rng = np.random.default_rng(4)
     quiet = squares(rng, 1, 2.5, 0.03, 0.003)[0]
     result = find_facets(PointCloud(np.concatenate([quiet, rng.uniform(3.0, 5.0, (15_000, 3))])))
@@ -85,7 +85,9 @@ def test_a_volume_beside_a_quiet_square_has_no_facet() -> None:
 
 
 @pytest.mark.parametrize(("share", "times"), [(0.002, 1.0), (0.01, 0.5), (0.05, 1.0), (0.1, 0.3)])
-def test_scattered_points_break_no_plane_up_and_are_no_rock(share: float, times: float) -> None:
+def test_scattered_points_neither_split_planes_nor_count_as_rock(
+    share: float, times: float
+) -> None:
     rng = np.random.default_rng(5)
     parts = squares(rng, 6, 3.0, 0.03, times * 0.03)
     count = sum(map(len, parts))
@@ -101,7 +103,7 @@ def test_scattered_points_break_no_plane_up_and_are_no_rock(share: float, times:
 
 
 @pytest.mark.parametrize("depth", first_in_default_tier([0.2, 0.5, 1.0]))
-def test_what_fills_a_volume_before_a_wall_is_no_rock(depth: float) -> None:
+def test_volume_in_front_of_wall_is_not_counted_as_rock(depth: float) -> None:
     rng = np.random.default_rng(6)
     wall = sheet(rng, (90.0, 85.0), (0.0, 0.0, 0.0), size=8.0, count=40_000, noise=0.006)
     u, v = axes_of(90.0, 85.0)
@@ -116,7 +118,7 @@ def test_what_fills_a_volume_before_a_wall_is_no_rock(depth: float) -> None:
     assert result.exposure.near_planar_share > 0.97
 
 
-def test_more_noise_than_faces_allow_makes_no_plane() -> None:
+def test_excessive_noise_creates_no_planes() -> None:
     rng = np.random.default_rng(7)
     for times in (4.0, 8.0):
         cloud, part = clouds_of(*squares(rng, 3, 2.5, 0.03, times * 0.03))
@@ -137,7 +139,7 @@ def two_scans(off: float) -> tuple[PointCloud, np.ndarray]:
 
 
 @pytest.mark.parametrize("off", first_in_default_tier([0.015, 0.02, 0.025]))
-def test_the_stated_error_holds_what_a_scan_that_does_not_fit_tilts(off: float) -> None:
+def test_stated_error_includes_tilt_from_misaligned_scan(off: float) -> None:
     cloud, part = two_scans(off)
     result = find_facets(cloud)
     assert len(result.facets) == 3
@@ -146,7 +148,7 @@ def test_the_stated_error_holds_what_a_scan_that_does_not_fit_tilts(off: float) 
         assert angle_deg(facet.fit.normal, truth) < (facet.fit.max_confidence95_deg or 0.0)
 
 
-def test_two_layers_in_one_facet_are_said_and_are_not_good() -> None:
+def test_two_layers_in_one_facet_are_reported_as_doubtful() -> None:
     rng = np.random.default_rng(9)
     layers = [
         sheet(rng, (100.0, 60.0), tuple(gap * normal_of(100.0, 60.0)), size=3.0, count=2500)

@@ -24,7 +24,7 @@ def roof() -> Mesh:
 
 
 @pytest.mark.parametrize("jitter", [1e-9, 1e-6, 2e-5])
-def test_corners_that_are_nearly_at_one_place_are_one(jitter: float) -> None:
+def test_nearly_coincident_corners_are_merged(jitter: float) -> None:
     mesh = roof()
     corners = mesh.vertices[mesh.faces.ravel()]
     corners = corners + jitter * np.random.default_rng(1).standard_normal(corners.shape)
@@ -38,7 +38,7 @@ def test_corners_that_are_nearly_at_one_place_are_one(jitter: float) -> None:
     assert not result.warnings
 
 
-def test_faces_that_are_apart_are_said_to_be() -> None:
+def test_disconnected_faces_are_reported() -> None:
     rng = np.random.default_rng(2)
     corners = rng.uniform(0.0, 10.0, (500, 1, 3)) + rng.normal(0.0, 0.05, (500, 3, 3))
     result = find_facets(
@@ -48,7 +48,7 @@ def test_faces_that_are_apart_are_said_to_be() -> None:
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_faces_on_each_other_are_one_piece_of_surface(turned: bool) -> None:
+def test_duplicate_faces_are_merged(turned: bool) -> None:
     mesh = roof()
     again = mesh.faces[:, ::-1] if turned else np.roll(mesh.faces, 1, axis=1)
     whole = find_facets(mesh)
@@ -63,7 +63,7 @@ def test_faces_on_each_other_are_one_piece_of_surface(turned: bool) -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.4])
-def test_normals_of_a_file_that_are_wrong_in_part_are_used_where_they_are_right(
+def test_normals_of_file_are_used_where_correct(
     share: float,
 ) -> None:
     rng = np.random.default_rng(3)
@@ -126,7 +126,7 @@ def test_growing_from_a_click_goes_on_across_tiles(tiles: dict[str, float]) -> N
     assert near.piece(100, angle_deg=15.0, distance=0.02, is_excluded=None).mask.all()
 
 
-def test_tiles_that_are_farther_apart_than_their_sides_are_two_facets() -> None:
+def test_tiles_separated_by_more_than_edge_length_are_two_facets() -> None:
     assert len(find_facets(two_tiles(gap=0.2)).facets) == 2
 
 

@@ -45,13 +45,13 @@ def are_told(result: FacetSegmentation) -> bool:
     ("times", "share"),
     first_in_default_tier([(2.0, 0.5), (3.0, 0.5), (5.0, 0.5), (3.0, 0.2), (5.0, 0.2)]),
 )
-def test_a_step_of_some_times_the_noise_is_told(times: float, share: float, seed: int) -> None:
+def test_step_of_several_noise_levels_is_reported(times: float, share: float, seed: int) -> None:
     assert are_told(find_facets(at_two_levels(seed, times, share)))
 
 
 @pytest.mark.parametrize("seed", first_in_default_tier(range(704, 708)))
 @pytest.mark.parametrize("times", first_in_default_tier([4.0, 5.0, 7.0]))
-def test_a_layer_over_another_is_told(times: float, seed: int) -> None:
+def test_overlying_layer_is_reported(times: float, seed: int) -> None:
     result = find_facets(at_two_levels(seed, times, over=True))
     assert len(result.facets) == 1
     assert are_told(result)
@@ -60,7 +60,7 @@ def test_a_layer_over_another_is_told(times: float, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(708, 711))
 @pytest.mark.parametrize("times", [2.0, 3.0])
-def test_a_step_in_a_mesh_is_told(times: float, seed: int) -> None:
+def test_step_in_mesh_is_reported(times: float, seed: int) -> None:
     heights = NOISE * np.random.default_rng(seed).standard_normal((100, 100))
     heights[:, 50:] += times * NOISE
     mesh = grid_mesh(heights, 0.02)
@@ -68,7 +68,7 @@ def test_a_step_in_a_mesh_is_told(times: float, seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", first_in_default_tier(range(711, 714)))
-def test_one_level_is_not_told_to_be_two(seed: int) -> None:
+def test_single_level_is_not_reported_as_two(seed: int) -> None:
     rng = np.random.default_rng(seed)
     x, y = rng.uniform(-1.0, 1.0, (2, 8000))
     noise = rng.standard_normal(8000)
@@ -85,7 +85,7 @@ def test_one_level_is_not_told_to_be_two(seed: int) -> None:
 
 
 @pytest.mark.parametrize("dip", [0.0, 0.3, 5.0])
-def test_coordinates_on_a_grid_are_no_levels(dip: float) -> None:
+def test_rounded_coordinates_are_not_reported_as_levels(dip: float) -> None:
     rng = np.random.default_rng(714)
     x, y = rng.uniform(-1.0, 1.0, (2, 8000))
     height = x * np.tan(np.radians(dip)) + NOISE * rng.standard_normal(8000)
@@ -108,7 +108,7 @@ def worn_cube(rng: np.random.Generator, radius: float) -> np.ndarray:
 
 @pytest.mark.full
 @pytest.mark.parametrize("seed", first_in_default_tier(range(715, 718), 1))
-def test_pieces_of_a_round_block_are_not_good_and_planes_with_worn_edges_are(seed: int) -> None:
+def test_pieces_of_round_block_are_not_good_but_worn_planes_are(seed: int) -> None:
     rng = np.random.default_rng(seed)
     flat = find_facets(PointCloud(worn_cube(rng, 0.3)))
     assert [f.is_bent for f in flat.facets[:6]] == [False] * 6
@@ -128,7 +128,7 @@ def test_pieces_of_a_round_block_are_not_good_and_planes_with_worn_edges_are(see
 
 @pytest.mark.parametrize("seed", first_in_default_tier(range(718, 721)))
 @pytest.mark.parametrize("times", first_in_default_tier([0.5, 0.75, 1.0]))
-def test_a_mesh_whose_noise_is_as_long_as_its_sides_is_one_plane(times: float, seed: int) -> None:
+def test_mesh_with_noise_as_large_as_its_edges_is_one_plane(times: float, seed: int) -> None:
     heights = times * 0.02 * np.random.default_rng(seed).standard_normal((100, 100))
     mesh = grid_mesh(heights, 0.02)
     result = find_facets(Mesh(turned(*mesh.vertices.T), mesh.faces))

@@ -74,7 +74,7 @@ def test_every_step_is_an_edge_of_the_mesh() -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_without_anything_to_be_seen_it_is_the_shortest_way(seed: int) -> None:
+def test_path_is_shortest_on_uniform_colour(seed: int) -> None:
     rng = np.random.default_rng(seed)
     mesh = hills()
     plain = Mesh(mesh.vertices, mesh.faces, colors=np.full((len(mesh.vertices), 3), 128, np.uint8))
@@ -114,7 +114,7 @@ def test_the_best_of_all_paths_costs_no_more_than_one_in_a_corridor() -> None:
     assert cost_of(best.points) <= cost_of(near.points) + 1e-9
 
 
-def test_the_path_back_is_the_path_forth() -> None:
+def test_reversed_path_has_same_length() -> None:
     mesh, off = with_bed(hills(), np.random.default_rng(4))
     follower = Follower(SurfaceGraph(mesh), "dark")
     way_points = clicks(mesh, off)[[0, 2]]
@@ -122,7 +122,7 @@ def test_the_path_back_is_the_path_forth() -> None:
     assert back.length == pytest.approx(forth.length, rel=0.02)
 
 
-def test_a_turned_and_shifted_world_turns_and_shifts_the_path() -> None:
+def test_rotating_and_shifting_model_moves_the_path() -> None:
     mesh, off = with_bed(hills(), np.random.default_rng(5))
     way_points = clicks(mesh, off)
     here = Follower(SurfaceGraph(mesh), "dark").follow(way_points)
@@ -214,7 +214,7 @@ def textured_bed(folder: Path, count: int, pixels: int = 1) -> tuple[Mesh, np.nd
     return textured, clicks(mesh, off)
 
 
-def test_a_long_path_over_a_texture_is_that_over_the_colours_of_its_vertices(
+def test_long_path_on_texture_matches_path_on_vertex_colours(
     tmp_path: Path,
 ) -> None:
     """A long corridor has so many faces that they are not subdivided to the pixel."""
@@ -254,7 +254,7 @@ def test_a_path_does_not_depend_on_what_was_followed_before(
         np.testing.assert_array_equal(kept.costs, fresh.costs)
 
 
-def test_a_corridor_bends_as_the_whole_surface_does_at_their_common_vertices(
+def test_corridor_has_same_roughness_as_whole_surface(
     tmp_path: Path,
 ) -> None:
     textured, way_points = textured_bed(tmp_path, 60, 8)
@@ -267,7 +267,7 @@ def test_a_corridor_bends_as_the_whole_surface_does_at_their_common_vertices(
     np.testing.assert_allclose(part.roughness[own], [rough[row] for row in part.row[own]])
 
 
-def test_a_gap_that_no_path_crosses_is_said() -> None:
+def test_gap_without_connecting_path_is_reported() -> None:
     mesh = hills(count=21)
     apart = mesh.vertices + [10.0, 0.0, 0.0]
     both = Mesh(
@@ -278,7 +278,7 @@ def test_a_gap_that_no_path_crosses_is_said() -> None:
         Follower(SurfaceGraph(both), "curvature").follow(np.array([[0.0, 0, 0], [10.0, 0, 0]]))
 
 
-def test_one_place_is_no_path() -> None:
+def test_single_location_is_refused() -> None:
     mesh = hills(count=21)
     follower = Follower(SurfaceGraph(mesh), "curvature")
     with refused("points.coincident", GeometryError):
@@ -287,7 +287,7 @@ def test_one_place_is_no_path() -> None:
         follower.follow(mesh.vertices[[5]])
 
 
-def test_points_at_one_place_are_no_surface() -> None:
+def test_coincident_points_are_refused_as_surface() -> None:
     with refused("path.no-surface", GeometryError):
         SurfaceGraph(PointCloud(np.ones((20, 3))))
 
@@ -300,7 +300,7 @@ def test_a_cost_that_the_model_does_not_have_is_refused() -> None:
         Follower(surface, "intensity")
 
 
-def test_duplicates_and_points_without_places_do_no_harm() -> None:
+def test_duplicate_points_and_nan_do_not_change_path() -> None:
     mesh, off = with_bed(hills(), np.random.default_rng(6))
     points = np.concatenate([mesh.vertices, mesh.vertices[::3], [[np.nan, 0, 0]]])
     assert mesh.colors is not None
@@ -313,7 +313,7 @@ def test_duplicates_and_points_without_places_do_no_harm() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mesh", [False, True])
-def test_the_stated_95_percent_of_followed_traces_holds(mesh: bool) -> None:
+def test_stated_95_percent_error_of_followed_traces_is_reliable(mesh: bool) -> None:
     result = population(200, 1, mesh=mesh, cost="colour")
     assert result["joint"] >= 0.93
     assert result["total"] >= 0.93
@@ -337,7 +337,7 @@ def test_an_edge_is_followed_through_grain() -> None:
     assert x.shape == y.shape
 
 
-def test_a_path_along_a_straight_line_has_the_reason_why_it_has_no_plane() -> None:
+def test_path_along_straight_line_has_reason_for_missing_plane() -> None:
     x = np.arange(5.0)
     straight = np.column_stack([x, 0.0 * x, 0.0 * x])
     surface = VertexSurface(straight)

@@ -16,7 +16,7 @@ def walls() -> PointCloud:
     return PointCloud(np.concatenate([near, near + [0.0, 10.0, 0.0]]))
 
 
-def test_the_nearest_surface_under_the_ray_is_meant() -> None:
+def test_nearest_surface_on_the_ray_is_selected() -> None:
     cloud = walls()
     for toward in ((7.0, 10.0, 2.0), (7.0, 0.0, 2.0), (7.0, -3.0, 2.0)):
         part = extract_visible_part(cloud, (7.0, -20.0, 2.0), toward, 300)
@@ -27,12 +27,12 @@ def test_the_nearest_surface_under_the_ray_is_meant() -> None:
         assert np.linalg.norm(own - [7.0, 0.0, 2.0], axis=1).max() < 1.2
 
 
-def test_a_ray_into_the_air_means_what_is_nearest_to_its_end() -> None:
+def test_ray_without_hit_selects_points_nearest_its_end() -> None:
     part = extract_visible_part(walls(), (50.0, -20.0, 2.0), (50.0, 0.0, 2.0), 50)
     assert (walls().points[part.points][:, 0] > 8.0).all()
 
 
-def test_a_piece_of_a_mesh_keeps_its_faces_and_their_numbers() -> None:
+def test_part_of_mesh_keeps_its_faces_and_their_indices() -> None:
     mesh = grid_mesh(np.zeros((50, 50)), 0.1)
     part = extract_visible_part(mesh, (2.0, 2.0, 10.0), (2.0, 2.0, 0.0), 400)
     assert 0 < len(part.faces) < len(mesh.faces)
@@ -41,7 +41,7 @@ def test_a_piece_of_a_mesh_keeps_its_faces_and_their_numbers() -> None:
     )
 
 
-def test_a_small_model_is_looked_at_whole() -> None:
+def test_small_model_is_used_whole() -> None:
     cloud = walls()
     part = extract_visible_part(cloud, (0.0, -5.0, 0.0), (0.0, 0.0, 0.0), 10**6)
     assert len(part.points) == len(cloud.points)

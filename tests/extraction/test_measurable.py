@@ -62,7 +62,7 @@ def turned(data: Mesh, degrees: float) -> Mesh:
 
 
 # --- closed forms -----------------------------------------------------------------------------
-def test_on_a_planar_face_no_trace_tells_its_plane() -> None:
+def test_trace_on_planar_face_determines_no_plane() -> None:
     result = map_measurability(walls(*WALL), UP, MeasurableOptions(1.0, resolution_m=0.01))
     assert np.all(result.trace_deg == 90.0)
     assert np.all(result.classes == QUALITY_CLASSES.index("none"))
@@ -72,7 +72,7 @@ def test_on_a_planar_face_no_trace_tells_its_plane() -> None:
 
 
 @pytest.mark.parametrize("away", first_in_default_tier([0.03, 0.1, 0.2, 0.3, 0.4], 2))
-def test_at_a_right_angled_corner_the_line_has_two_arms(away: float) -> None:
+def test_line_at_right_angled_corner_has_two_arms(away: float) -> None:
     result = map_measurability(walls(*CORNER), UP, MeasurableOptions(1.0, resolution_m=0.01))
     row = at(result, axis(away, 0, 2))
     x = result.elements.places[row, 0] + result.elements.origin[0]
@@ -93,7 +93,7 @@ def test_at_a_right_angled_corner_the_line_has_two_arms(away: float) -> None:
 
 
 @pytest.mark.full
-def test_around_a_pillar_the_line_is_an_arc() -> None:
+def test_line_around_pillar_is_an_arc() -> None:
     radius, turn = 1.0, np.linspace(0, 2 * np.pi, 241)[:-1]
     ring = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     levels = np.linspace(0, 3, 121)
@@ -118,7 +118,7 @@ def test_around_a_pillar_the_line_is_an_arc() -> None:
     assert upright.trace_deg[at(upright, axis(1, 0, 1.5))] >= 30.0
 
 
-def test_a_face_of_that_attitude_exposes_the_plane_as_a_patch() -> None:
+def test_face_parallel_to_plane_exposes_it_as_a_patch() -> None:
     ledge = walls(
         (axis(0, 0, 0), axis(2, 0, 0), axis(0, 2, 0)), (axis(0, 2, 0), axis(2, 0, 0), axis(0, 0, 2))
     )
@@ -134,7 +134,7 @@ def test_a_face_of_that_attitude_exposes_the_plane_as_a_patch() -> None:
     assert result.patches[wall] == -1
 
 
-def test_a_patch_under_ten_resolutions_tells_nothing() -> None:
+def test_patch_below_ten_resolutions_has_no_error_estimate() -> None:
     ledge = walls((axis(0, 0, 0), axis(2, 0, 0), axis(0, 2, 0)))
     result = map_measurability(ledge, UP, MeasurableOptions(2.0, resolution_m=0.3))
     assert np.isnan(result.patch_deg).all()
@@ -160,7 +160,7 @@ def waves(seed: int = 0, count: int = 120) -> Mesh:
     return Mesh(points, faces.astype(np.int32))
 
 
-def test_the_map_turns_with_the_world() -> None:
+def test_rotating_model_and_plane_keeps_the_map() -> None:
     mesh = waves()
     one = map_measurability(mesh, tuple(Plane(40, 30).normal()), MeasurableOptions(1.0))
     other = map_measurability(
@@ -179,7 +179,7 @@ def test_a_normal_and_its_opposite_are_one_plane() -> None:
     assert np.median(other.best_deg / one.best_deg) == pytest.approx(1.0, abs=0.03)
 
 
-def test_a_longer_trace_and_less_noise_are_better() -> None:
+def test_longer_trace_and_less_noise_reduce_the_error() -> None:
     mesh, normal = waves(), tuple(Plane(40, 30).normal())
     short = map_measurability(mesh, normal, MeasurableOptions(0.6))
     long = map_measurability(mesh, normal, MeasurableOptions(1.8))
@@ -201,7 +201,7 @@ def test_the_registration_is_added_in_quadrature() -> None:
 
 
 @pytest.mark.full
-def test_a_cloud_of_the_surface_has_the_map_of_its_mesh() -> None:
+def test_cloud_and_mesh_of_same_surface_have_similar_maps() -> None:
     mesh, normal = waves(), tuple(Plane(40, 30).normal())
     of_mesh = map_measurability(mesh, normal, MeasurableOptions(1.0))
     cloud = map_measurability(PointCloud(mesh.vertices), normal, MeasurableOptions(1.0))
@@ -278,7 +278,7 @@ def agreement(mesh: Mesh, planes: list[Plane], length: float, each: int) -> tupl
 
 
 @pytest.mark.full
-def test_simulated_traces_state_what_the_map_tells() -> None:
+def test_simulated_traces_agree_with_map() -> None:
     planes = [Plane(40, 30), Plane(200, 70), Plane(310, 45)]
     report, stated = agreement(waves(), planes, 1.0, 25)
     assert spearmanr(report, stated).statistic > 0.85
@@ -287,7 +287,7 @@ def test_simulated_traces_state_what_the_map_tells() -> None:
 
 
 @pytest.mark.slow
-def test_on_the_sample_simulated_traces_state_what_the_map_tells() -> None:
+def test_simulated_traces_on_sample_agree_with_map() -> None:
     from vomstudio.studio.world_models import read_in_world
 
     mesh = read_in_world(SAMPLE).data
@@ -330,7 +330,7 @@ def test_a_length_that_would_need_too_many_faces_is_refused() -> None:
         map_measurability(walls(*CORNER), UP, MeasurableOptions(0.01, resolution_m=0.001))
 
 
-def test_empty_flat_and_broken_surfaces_get_a_plain_answer() -> None:
+def test_degenerate_surfaces_are_refused_and_broken_vertices_tolerated() -> None:
     with pytest.raises(GeometryError):
         map_measurability(PointCloud(np.zeros((3, 3))), UP, MeasurableOptions(1.0))
     flat = Mesh(np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0.0]]), np.array([[0, 1, 2]], np.int32))
@@ -347,14 +347,14 @@ def test_empty_flat_and_broken_surfaces_get_a_plain_answer() -> None:
     assert np.median(result.best_deg) == pytest.approx(np.median(whole.best_deg), rel=0.1)
 
 
-def test_islands_do_not_help_each_other() -> None:
+def test_disconnected_islands_do_not_share_traces() -> None:
     # A second wall at right angles that the first does not hang together with.
     apart = walls(WALL[0], (axis(-0.1, 0.1, 0), axis(0, 2, 0), axis(0, 0, 4)))
     result = map_measurability(apart, UP, MeasurableOptions(1.0, resolution_m=0.01))
     assert np.all(result.trace_deg == 90.0)
 
 
-def test_it_can_be_cancelled() -> None:
+def test_map_computation_can_be_cancelled() -> None:
     class Stop(SilentProgress):
         def step(self, done: int) -> None:
             raise Cancelled

@@ -34,7 +34,7 @@ def crossed(n: int, *places: int) -> np.ndarray:
 
 @pytest.mark.parametrize("offset", [0.06, -0.15, 0.3])
 @pytest.mark.parametrize("stretch", [(20, 60), (95, 130)])
-def test_a_stretch_beside_the_plane_is_found(offset: float, stretch: tuple[int, int]) -> None:
+def test_stretch_off_the_plane_is_found(offset: float, stretch: tuple[int, int]) -> None:
     points = bent_line()
     first, last = stretch
     points[first : last + 1, 2] += offset
@@ -52,7 +52,7 @@ def test_a_stretch_beside_the_plane_is_found(offset: float, stretch: tuple[int, 
     assert [each.code for each in rest.findings()] == ["trace.beside"]
 
 
-def test_a_stretch_of_either_leg_is_found() -> None:
+def test_stretches_of_both_legs_are_found() -> None:
     points = bent_line()
     points[20:50, 2] += 0.2
     points[90:120, 2] -= 0.1
@@ -60,20 +60,20 @@ def test_a_stretch_of_either_leg_is_found() -> None:
     assert np.abs(np.array(result) - [[20, 50], [90, 120]]).max() <= 2
 
 
-def test_gaps_of_one_contact_are_no_jumps() -> None:
+def test_gaps_in_one_contact_are_not_jumps() -> None:
     for seed in range(20):
         costs = crossed(150, 20, 60, 95, 130)
         assert find_jumps(bent_line(seed=seed), costs, np.array([0, 75, 149]), STEP) == ()
 
 
-def test_a_way_point_confirms_what_it_is_on() -> None:
+def test_stretch_confirmed_by_way_point_is_not_a_jump() -> None:
     """Both contacts were clicked: the path did not choose."""
     points = bent_line()
     points[60:90, 2] += 0.15
     assert find_jumps(points, crossed(150, 60, 90), np.array([0, 75, 149]), STEP) == ()
 
 
-def test_a_bed_that_undulates_is_followed_without_doubt() -> None:
+def test_undulating_bed_has_no_jumps() -> None:
     """By 3 cm at a wavelength of a third of the trace, with gaps."""
     points = bent_line()
     points[:, 2] += 0.03 * np.sin(2.0 * np.pi * points[:, 0])
@@ -82,7 +82,7 @@ def test_a_bed_that_undulates_is_followed_without_doubt() -> None:
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
-def test_turned_and_in_another_unit_it_is_the_same(scale: float) -> None:
+def test_jumps_are_invariant_to_rotation_and_scale(scale: float) -> None:
     points, at = bent_line(), np.array([0, 75, 149])
     points[20:60, 2] += 0.1
     costs = crossed(150, 20, 60)
@@ -91,7 +91,7 @@ def test_turned_and_in_another_unit_it_is_the_same(scale: float) -> None:
     assert find_jumps(there, costs, at, scale * STEP) == find_jumps(points, costs, at, STEP) != ()
 
 
-def test_pixels_of_a_photo_are_taken_together() -> None:
+def test_photo_pixels_are_grouped_before_search() -> None:
     points = bent_line(10 * MAX_VERTICES) * [0.02, 0.02, 1.0]
     points[1000:2000, 2] += 0.1
     costs = np.full(len(points), CONTACT)
@@ -102,7 +102,7 @@ def test_pixels_of_a_photo_are_taken_together() -> None:
     assert abs(last - 2000) < 60
 
 
-def test_ranges_that_are_not_of_the_trace_are_left_out() -> None:
+def test_ranges_outside_the_trace_are_ignored() -> None:
     assert fit_remaining_plane(bent_line(), [(-1, 4), (3, 150), (9, 2)]) is None
 
 
@@ -134,7 +134,7 @@ def two_seams() -> tuple[Mesh, np.ndarray, float]:
     return mesh, np.array(clicks), 20.0
 
 
-def test_a_trace_that_hops_to_the_next_seam_is_marked_and_no_good_plane() -> None:
+def test_trace_that_jumps_to_next_seam_is_marked_and_not_good() -> None:
     mesh, clicks, dip = two_seams()
     result = followed_trace(
         SurfaceGraph(mesh), clicks, cost="dark", resolution=STEP, model="m", frame="local"

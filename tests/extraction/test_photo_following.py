@@ -131,7 +131,7 @@ def clicks(output: Wall) -> np.ndarray:
 
 @pytest.mark.full
 @pytest.mark.parametrize("cost", ["colour", "dark"])
-def test_the_line_is_on_the_bed_to_the_pixel(scene: tuple[Wall, Path], cost: str) -> None:
+def test_line_follows_the_bed_to_the_pixel(scene: tuple[Wall, Path], cost: str) -> None:
     output = scene[0]
     photos = opened(scene)
     path = PhotoFollower(photos, cost).follow(photos.views.pixels(0, clicks(output)))
@@ -148,7 +148,7 @@ def test_the_line_is_on_the_bed_to_the_pixel(scene: tuple[Wall, Path], cost: str
     assert np.allclose(path.pixels % 1.0, 0.5)
 
 
-def test_the_other_photos_agree_and_are_named(scene: tuple[Wall, Path]) -> None:
+def test_other_photos_agree_and_are_listed(scene: tuple[Wall, Path]) -> None:
     photos = opened(scene)
     path = PhotoFollower(photos).follow(photos.views.pixels(0, clicks(scene[0])))
     assert sorted(path.voters) == ["p1.png", "p2.png"]
@@ -157,7 +157,7 @@ def test_the_other_photos_agree_and_are_named(scene: tuple[Wall, Path]) -> None:
 
 
 @pytest.mark.full
-def test_what_only_one_photo_shows_is_not_confirmed_and_loses(scene: tuple[Wall, Path]) -> None:
+def test_feature_visible_in_one_photo_only_is_not_followed(scene: tuple[Wall, Path]) -> None:
     """A cable before the lens: a dark line in one photo that is on no rock, and shorter."""
     output = scene[0]
     photos = opened(scene)
@@ -192,7 +192,7 @@ class _Painted(CalibratedPhotos):
 
 
 @pytest.mark.full
-def test_a_long_line_is_found_in_smaller_pictures_first(
+def test_long_line_is_searched_in_reduced_images_first(
     scene: tuple[Wall, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from vomstudio.extraction import photo_following
@@ -224,7 +224,7 @@ def test_a_shifted_world_shifts_the_trace(scene: tuple[Wall, Path], tmp_path: Pa
     assert np.allclose(other.points - shift, one.points, atol=1e-6)
 
 
-def test_cameras_stand_in_the_frame_of_the_models_file(scene: tuple[Wall, Path]) -> None:
+def test_cameras_use_frame_of_model_file(scene: tuple[Wall, Path]) -> None:
     """The model in feet and with y up is brought to World, and its cameras with it."""
     output, folder = scene
     turn = np.array([[0.3048, 0, 0, 0], [0, 0, -0.3048, 0], [0, 0.3048, 0, 0], [0, 0, 0, 1]])
@@ -245,7 +245,7 @@ def test_cameras_stand_in_the_frame_of_the_models_file(scene: tuple[Wall, Path])
 
 
 @pytest.mark.slow
-def test_the_stated_95_percent_holds_for_traces_of_photos(tmp_path: Path) -> None:
+def test_stated_95_percent_error_of_photo_traces_is_reliable(tmp_path: Path) -> None:
     held, count = 0, 30
     for seed in range(count):
         output = wall(100 + seed)
@@ -260,7 +260,7 @@ def test_the_stated_95_percent_holds_for_traces_of_photos(tmp_path: Path) -> Non
 
 
 @pytest.mark.full
-def test_way_points_in_world_and_in_pixels_give_one_trace(scene: tuple[Wall, Path]) -> None:
+def test_world_and_pixel_way_points_give_same_trace(scene: tuple[Wall, Path]) -> None:
     output = scene[0]
     surface, photos = SurfaceGraph(output.mesh()), opened(scene)
     requests = {"cost": "dark", "resolution": 0.05, "model": "wall", "frame": "local"}
@@ -275,9 +275,7 @@ def test_way_points_in_world_and_in_pixels_give_one_trace(scene: tuple[Wall, Pat
     assert one.to_dict().keys().isdisjoint({"points", "pixels", "seen", "agreeing"})
 
 
-def test_what_cannot_be_followed_in_a_photo_is_refused(
-    scene: tuple[Wall, Path], tmp_path: Path
-) -> None:
+def test_untraceable_photo_requests_are_refused(scene: tuple[Wall, Path], tmp_path: Path) -> None:
     output, folder = scene
     photos = opened(scene)
     with refused("option.not-a-choice", UsageError, value="curvature", field="--cost"):
@@ -336,7 +334,7 @@ def test_cameras_without_lens_and_damaged_photos_are_refused(
         PhotoFollower(photos)
 
 
-def test_a_voter_that_cannot_be_read_is_said_and_left_out(
+def test_unreadable_voting_photo_is_reported_and_left_out(
     scene: tuple[Wall, Path], tmp_path: Path
 ) -> None:
     output, folder = scene
@@ -351,7 +349,7 @@ def test_a_voter_that_cannot_be_read_is_said_and_left_out(
     assert (left_out.code, name) == ("picture.unknown-kind", "p1.png")
 
 
-def test_a_photo_that_was_made_smaller_is_followed_with_its_camera(
+def test_downsized_photo_is_followed_with_its_camera(
     scene: tuple[Wall, Path], tmp_path: Path
 ) -> None:
     output, folder = scene

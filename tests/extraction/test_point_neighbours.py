@@ -26,7 +26,7 @@ def cloud(rng: np.random.Generator) -> np.ndarray:
 
 
 @pytest.mark.parametrize("known", [16, 32, 64])
-def test_neighbours_and_normals_are_those_of_a_search_tree(known: int) -> None:
+def test_neighbours_and_normals_match_search_tree(known: int) -> None:
     rng = np.random.default_rng(1)
     grid = create_cell_grid(cloud(rng), 16.0)
     few = grid.count_neighbourhood_points() < MIN_POINTS_AROUND
@@ -54,7 +54,7 @@ def test_neighbours_and_normals_are_those_of_a_search_tree(known: int) -> None:
     assert np.mean(same) > 0.94 * N_NEIGHBOURS
 
 
-def test_points_of_a_volume_are_scattered_and_those_of_a_thin_sheet_in_it_are_not() -> None:
+def test_volume_points_are_scattered_but_thin_sheet_is_not() -> None:
     rng = np.random.default_rng(2)
     volume = rng.uniform(0.0, 10.0, (20_000, 3))
     inner = (np.abs(volume - 5.0) < 3.5).all(axis=1)

@@ -53,7 +53,7 @@ def proposed(
     )
 
 
-def test_dark_beds_are_found_where_they_are_the_darker_first() -> None:
+def test_dark_beds_are_proposed_with_darkest_first() -> None:
     result = proposed(*slope(1, BEDS), "dark").proposals
     sure = [one for one in result if one.doubt < 0.05]
     heights = [min(BEDS, key=lambda z, p=one.points: abs(z - p[:, 2].mean())) for one in sure]
@@ -72,7 +72,7 @@ def test_dark_beds_are_found_where_they_are_the_darker_first() -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("cost", first_in_default_tier(["dark", "gradient", "curvature"], 1))
-def test_in_noise_hardly_anything_is_sure(cost: str) -> None:
+def test_noise_gives_almost_no_confident_proposals(cost: str) -> None:
     sure = 0
     for seed in range(4):
         result = proposed(*slope(10 + seed, {}), cost, min_length_m=0.5).proposals
@@ -105,7 +105,7 @@ def test_a_ledge_of_a_mesh_is_found_by_its_edges() -> None:
     assert np.abs(best.points[:, 1] - 1.525).max() <= 1.5 * RESOLUTION
 
 
-def test_turn_the_world_and_the_lines_turn() -> None:
+def test_rotating_model_rotates_the_proposals() -> None:
     points, grey = slope(1, BEDS)
     c, s = np.cos(np.radians(30.0)), np.sin(np.radians(30.0))
     # Clockwise seen from above, as azimuths grow.
@@ -125,7 +125,7 @@ def test_turn_the_world_and_the_lines_turn() -> None:
             assert change % 360.0 == pytest.approx(30.0, abs=1e-6)
 
 
-def test_what_cannot_be_proposed_is_refused() -> None:
+def test_invalid_proposal_options_are_refused() -> None:
     points, grey = slope(1, BEDS)
     with refused("model.no-colours", UsageError, field="--cost"):
         proposed(points, None, "dark")
@@ -139,7 +139,7 @@ def test_what_cannot_be_proposed_is_refused() -> None:
         proposed(points, grey, "dark", max_lines=0)
 
 
-def test_it_stops_and_an_even_surface_has_no_lines() -> None:
+def test_search_is_cancellable_and_uniform_surface_has_no_proposals() -> None:
     points, grey = slope(1, BEDS)
     token = CancelToken()
     token.cancel()
@@ -186,7 +186,7 @@ def test_a_bed_in_the_texture_of_large_faces_is_found(tmp_path) -> None:
     assert np.percentile(np.abs(best.points[:, 2] - at), 90) < half
 
 
-def test_what_turns_back_is_cut_where_it_turns() -> None:
+def test_line_is_split_where_it_turns_back() -> None:
     from vomstudio.extraction.proposals.lines import _split_at_turns
 
     there = np.column_stack([np.linspace(0.0, 5.0, 51), np.zeros(51), np.zeros(51)])
@@ -200,7 +200,7 @@ def test_what_turns_back_is_cut_where_it_turns() -> None:
     assert len(_split_at_turns(there, np.arange(51))) == 1
 
 
-def test_way_points_hold_a_line() -> None:
+def test_line_is_simplified_to_way_points_and_known_lines_matched() -> None:
     from vomstudio.extraction.proposals.known_lines import match_known_lines, simplify_line
 
     x = np.linspace(0.0, 10.0, 201)
@@ -215,7 +215,7 @@ def test_way_points_hold_a_line() -> None:
     ]
 
 
-def test_of_very_many_points_a_part_is_looked_at() -> None:
+def test_very_large_cloud_is_sampled() -> None:
     from vomstudio.extraction.proposals.thinning import sample_points
 
     points, grey = slope(1, BEDS)

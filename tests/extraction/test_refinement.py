@@ -26,7 +26,7 @@ def test_a_right_triangle_is_halved_eight_times() -> None:
 
 
 @pytest.mark.parametrize("most", [200, 100])
-def test_more_faces_than_may_be_are_refused_beforehand_or_on_the_way(
+def test_exceeding_face_limit_is_refused_before_or_during_subdivision(
     most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(refinement, "MAX_FACES", most)
@@ -38,6 +38,6 @@ def test_more_faces_than_may_be_are_refused_beforehand_or_on_the_way(
     assert bool(cut) == (most == 200)
 
 
-def test_as_many_faces_as_may_be_are_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_subdivision_up_to_face_limit_is_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(refinement, "MAX_FACES", 256)
     assert len(refinement.subdivide_mesh(CORNERS, FACE, LONGEST)[1]) == 256

@@ -65,7 +65,7 @@ def centres(mesh: Mesh) -> np.ndarray:
 
 # --- inside a shape --------------------------------------------------------------------------
 @pytest.mark.parametrize("parallel", [False, True])
-def test_what_lies_inside_a_shape_is_what_shapely_finds_there(parallel):
+def test_elements_inside_outline_match_shapely(parallel):
     mesh, look = sheet(y=lambda x, z: 0.3 * np.sin(x) + 0.2 * z), looking(parallel=parallel)
     ring = [(90.0, 40.0), (310.0, 70.0), (200.0, 150.0), (330.0, 260.0), (60.0, 230.0)]
     result = look.inside(mesh, HERE, look.outline_mask(ring), is_through=True)
@@ -82,7 +82,7 @@ def test_what_lies_inside_a_shape_is_what_shapely_finds_there(parallel):
     assert sure.mean() > 0.95
 
 
-def test_a_model_placed_elsewhere_is_chosen_where_it_is_seen():
+def test_selection_in_transformed_model_matches_view():
     mesh, look = sheet(), looking()
     shape = look.outline_mask([(100.0, 100.0), (300.0, 100.0), (300.0, 200.0), (100.0, 200.0)])
     expected = look.inside(mesh, HERE, shape, is_through=True)
@@ -95,7 +95,7 @@ def test_a_model_placed_elsewhere_is_chosen_where_it_is_seen():
     assert (result != expected).sum() <= 2
 
 
-def test_only_what_the_sphere_shows_is_seen():
+def test_only_visible_side_of_sphere_is_selected():
     """Of a sphere seen in parallel from afar that is the half that faces the viewer."""
     points = np.random.default_rng(1).normal(size=(40_000, 3))
     points *= 3.0 / np.linalg.norm(points, axis=1)[:, None]
@@ -114,7 +114,7 @@ def test_only_what_the_sphere_shows_is_seen():
     assert look.inside(cloud, HERE, whole, is_through=True).all()
 
 
-def test_what_is_cut_away_or_behind_the_viewer_is_not_chosen():
+def test_clipped_and_hidden_elements_are_not_selected():
     mesh = joined(sheet(), Mesh(sheet().vertices - [0.0, 40.0, 0.0], sheet().faces))
     box = ClipBox(tuple(UTM - 10.0), tuple(UTM + [0.0, 10.0, 10.0]))
     look = looking(clip=box)
@@ -125,7 +125,7 @@ def test_what_is_cut_away_or_behind_the_viewer_is_not_chosen():
     assert (result[:half] == (centres(mesh)[:half, 0] <= UTM[0])).all()
 
 
-def test_a_line_is_no_shape_and_nan_is_nowhere():
+def test_line_outline_and_nan_points_select_nothing():
     look = looking()
     assert not look.outline_mask([(0.0, 0.0), (200.0, 200.0)]).any()
     cloud = PointCloud(np.array([UTM, UTM * np.nan]))
@@ -139,7 +139,7 @@ def fold(n: int = 41) -> Mesh:
     return sheet(n, y=lambda x, z: np.where(x > 0.0, np.tan(np.radians(40.0)) * x, 0.0))
 
 
-def test_a_piece_ends_where_the_face_turns():
+def test_piece_ends_at_fold_of_surface():
     mesh = fold()
     x = centres(mesh)[:, 0] - UTM[0]
     seed = int(np.argmin(np.abs(centres(mesh) - UTM - [-2.0, 0.0, 0.0]).sum(axis=1)))
@@ -176,7 +176,7 @@ def test_a_piece_is_the_connected_component_that_scipy_finds():
     assert min(sizes) < n // 10 < max(sizes)
 
 
-def test_a_turned_world_gives_the_same_piece():
+def test_rotating_model_gives_same_piece():
     mesh = fold()
     turn = rotation(np.array([0.3, 0.2, np.sqrt(0.87)]), 30.0)
     turned = Mesh((mesh.vertices - UTM) @ turn.T + UTM, mesh.faces)
@@ -186,7 +186,7 @@ def test_a_turned_world_gives_the_same_piece():
     assert np.array_equal(one.mask, other.mask)
 
 
-def test_nothing_and_everything():
+def test_piece_limits_can_select_one_element_or_all():
     rough = sheet(y=lambda x, z: np.random.default_rng(2).normal(0.0, 0.3, len(x)))
     near = build_neighbour_graph(rough, 0.0)
     assert near.piece(500, angle_deg=1.0, distance=1e-9, is_excluded=None).count == 1
@@ -198,7 +198,7 @@ def test_nothing_and_everything():
     assert np.array_equal(piece.mask, ~left_out)
 
 
-def test_it_crosses_seams_and_edges_of_three_but_no_gap():
+def test_piece_crosses_seams_and_triple_edges_but_not_gaps():
     """Two halves of a plane with vertices of their own at the seam, a third sheet that stands on
     it (so that an edge has three faces), and an island in the same plane."""
     flat = sheet(21)
@@ -223,7 +223,7 @@ def test_it_crosses_seams_and_edges_of_three_but_no_gap():
     assert not piece.mask[ends[1] :].any()
 
 
-def test_faces_without_an_area_are_no_wall():
+def test_zero_area_faces_do_not_block_piece():
     flat = sheet(21)
     # Between the two halves each edge is a face of two corners in one place.
     left = flat.faces[centres(flat)[:, 0] < UTM[0]]
@@ -244,7 +244,7 @@ def test_faces_without_an_area_are_no_wall():
     assert begun.mask[: len(apart.faces)].all()
 
 
-def test_a_mesh_of_nothing_but_slivers_says_one():
+def test_mesh_of_only_slivers_gives_one_element():
     mesh = Mesh(np.zeros((3, 3)) + UTM, np.array([[0, 1, 2]], np.int32))
     assert (
         build_neighbour_graph(mesh, 0.0)
@@ -288,7 +288,7 @@ def test_a_piece_of_a_cloud_ends_at_the_corner(inputs):
     assert np.array_equal(again.mask, piece.mask)
 
 
-def test_duplicates_and_places_that_are_none_do_no_harm():
+def test_duplicate_points_and_nan_are_tolerated():
     cloud, _ = corner_cloud()
     points = np.concatenate([cloud.points, cloud.points[:5000], np.full((3, 3), np.nan)])
     near = build_neighbour_graph(PointCloud(points), SPACING)
@@ -301,7 +301,7 @@ def test_duplicates_and_places_that_are_none_do_no_harm():
     assert not near.expand(selection)[-3:].any()
 
 
-def test_points_on_a_line_tell_no_plane():
+def test_collinear_points_give_no_piece():
     line = np.zeros((1000, 3)) + UTM
     line[:, 0] += np.linspace(0.0, 10.0, 1000)
     near = build_neighbour_graph(PointCloud(line), 0.01)
@@ -311,7 +311,7 @@ def test_points_on_a_line_tell_no_plane():
 
 
 # --- rings -----------------------------------------------------------------------------------
-def test_a_ring_of_faces_is_those_that_share_a_corner():
+def test_expanding_mesh_selection_adds_faces_that_share_a_corner():
     mesh = sheet()
     selection = np.hypot(*(centres(mesh) - UTM)[:, [0, 2]].T) < 1.5
     near = build_neighbour_graph(mesh, 0.0)
@@ -324,7 +324,7 @@ def test_a_ring_of_faces_is_those_that_share_a_corner():
     assert not near.shrink(np.zeros_like(selection)).any()
 
 
-def test_a_ring_of_points_is_what_a_tree_finds_near():
+def test_expanding_cloud_selection_matches_search_tree():
     cloud, _ = corner_cloud()
     near = build_neighbour_graph(cloud, SPACING)
     selection = np.linalg.norm(cloud.points - UTM - [1.5, 0.0, 1.0], axis=1) < 0.8
@@ -336,7 +336,7 @@ def test_a_ring_of_points_is_what_a_tree_finds_near():
 
 
 # --- values ----------------------------------------------------------------------------------
-def test_a_range_of_a_field_takes_means_of_corners_and_goes_round_north():
+def test_field_range_uses_corner_means_and_wraps_at_north():
     mesh = sheet(11)
     azimuth = np.where(mesh.vertices[:, 0] < UTM[0], 350.0, 10.0)
     mesh = Mesh(mesh.vertices, mesh.faces, fields={"dip_direction": azimuth})
@@ -350,7 +350,7 @@ def test_a_range_of_a_field_takes_means_of_corners_and_goes_round_north():
     assert select_by_value(cloud, HERE, "class", 5, 9).sum() == 5
 
 
-def test_a_colour_takes_its_like_in_the_shade_but_no_other_rock():
+def test_colour_selection_includes_shaded_rock_but_not_other_rock():
     rng = np.random.default_rng(4)
     sand = np.array([180, 140, 90]) + rng.integers(-6, 7, (500, 3))
     shade = np.array([150, 115, 72]) + rng.integers(-6, 7, (500, 3))

@@ -53,7 +53,7 @@ def turned(seed: int) -> Array:
 
 @pytest.mark.full
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_a_cube_has_three_sets_of_two_planes_a_side_apart(seed: int) -> None:
+def test_cube_has_three_sets_of_two_planes_with_spacing_of_its_side(seed: int) -> None:
     turn = turned(seed)
     result = found_in(cube(np.random.default_rng(seed), turn))
     assert len(result.sets) == 3
@@ -67,7 +67,7 @@ def test_a_cube_has_three_sets_of_two_planes_a_side_apart(seed: int) -> None:
     assert result.coverage == pytest.approx(1.0, abs=0.1)
 
 
-def test_parallel_joints_are_apart_by_their_spacing_and_as_long_as_they_are() -> None:
+def test_parallel_joints_have_true_spacing_and_persistence() -> None:
     attitude, gap = (75.0, 80.0), 0.6
     rng = np.random.default_rng(7)
     normal = normal_of(*attitude)
@@ -86,7 +86,7 @@ def test_parallel_joints_are_apart_by_their_spacing_and_as_long_as_they_are() ->
 
 
 @pytest.mark.parametrize("preset", ["dse", None])
-def test_treads_and_risers_of_a_staircase(preset: str | None) -> None:
+def test_staircase_treads_and_risers_have_expected_spacing_and_area(preset: str | None) -> None:
     # Treads 0.5 m deep, risers 0.3 m high, 4 m wide.
     rng = np.random.default_rng(8)
     depth, height, width, steps = 0.5, 0.3, 4.0, 8
@@ -117,7 +117,7 @@ def test_treads_and_risers_of_a_staircase(preset: str | None) -> None:
     assert steep.persistence_dip_m == pytest.approx(height, abs=0.08)
 
 
-def test_turning_the_world_turns_the_sets_with_it() -> None:
+def test_rotating_cloud_rotates_the_sets() -> None:
     points = cube(np.random.default_rng(5), turned(5)) - [3e5, 4e6, 100.0]
     c, s = np.cos(np.radians(30)), np.sin(np.radians(30))
     clockwise = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]])
@@ -126,7 +126,7 @@ def test_turning_the_world_turns_the_sets_with_it() -> None:
         assert min(angle_deg(clockwise @ axis, mean_of(b)) for b in two.sets) < 0.2
 
 
-def test_the_densest_places_are_found_on_the_sphere_whatever_their_side() -> None:
+def test_density_maxima_of_poles_are_found_regardless_of_sign() -> None:
     rng = np.random.default_rng(9)
     truth = [(10.0, 88.0, 3000), (100.0, 45.0, 1500), (250.0, 10.0, 400)]
     parts = []
@@ -142,7 +142,7 @@ def test_the_densest_places_are_found_on_the_sphere_whatever_their_side() -> Non
         assert angle_deg(mean, normal_of(direction, dip)) < 1.0
 
 
-def test_clusters_are_those_of_another_library() -> None:
+def test_clusters_match_open3d_dbscan() -> None:
     import open3d as o3d
 
     rng = np.random.default_rng(10)
@@ -162,7 +162,7 @@ def test_clusters_are_those_of_another_library() -> None:
         assert len(pairs) == len({a for a, _ in pairs}) == len({b for _, b in pairs})
 
 
-def test_what_has_no_sets_is_said() -> None:
+def test_cloud_without_sets_gives_no_facets_and_conflicts_are_refused() -> None:
     rng = np.random.default_rng(11)
     assert found_in(rng.uniform(0, 1, (60, 3))).facets == 0
     with pytest.raises(UsageError) as error:

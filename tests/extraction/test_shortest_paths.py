@@ -43,7 +43,7 @@ def cost_of(graph: Graph, costs: np.ndarray, path: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_plain_path_costs_what_scipys_does(seed: int) -> None:
+def test_shortest_path_cost_matches_scipy(seed: int) -> None:
     rng = np.random.default_rng(seed)
     graph = graph_of(rng.uniform(0, 255, (30, 37)))
     costs = rng.uniform(0.02, 1.0, len(graph.places))
@@ -56,7 +56,7 @@ def test_the_plain_path_costs_what_scipys_does(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_with_turns_it_costs_what_scipys_does_on_the_graph_of_headings(seed: int) -> None:
+def test_straightest_path_cost_matches_scipy_on_heading_graph(seed: int) -> None:
     rng = np.random.default_rng(seed)
     graph = graph_of(rng.uniform(0, 255, (13, 17)))
     costs = rng.uniform(0.02, 1.0, len(graph.places)) ** 2
@@ -107,7 +107,7 @@ def test_with_turns_it_costs_what_scipys_does_on_the_graph_of_headings(seed: int
     assert cost_of(graph, costs, path) + spent.min() == pytest.approx(far, rel=1e-9)
 
 
-def test_without_a_price_for_turns_it_is_the_plain_path() -> None:
+def test_zero_turn_cost_gives_shortest_path() -> None:
     rng = np.random.default_rng(1)
     graph = graph_of(rng.uniform(0, 255, (20, 20)))
     costs = rng.uniform(0.02, 1.0, len(graph.places))
@@ -116,7 +116,7 @@ def test_without_a_price_for_turns_it_is_the_plain_path() -> None:
     )
 
 
-def test_what_hangs_not_together_has_no_path() -> None:
+def test_disconnected_nodes_have_no_path() -> None:
     mask = np.ones((9, 9), bool)
     mask[:, 4] = False
     picture = np.zeros((9, 9, 3), np.uint8)
@@ -162,7 +162,7 @@ def test_a_path_stays_on_its_bed_where_darker_lines_cross_it() -> None:
     assert kept(True) > 0.85
 
 
-def test_a_line_that_bends_is_followed_as_closely_with_turns_as_without() -> None:
+def test_turn_cost_does_not_reduce_accuracy_on_bent_line() -> None:
     rng = np.random.default_rng(3)
     y, x = np.mgrid[0:120, 0:200].astype(float)
     true = 60.0 + 25.0 * np.sin(x / 18.0)

@@ -46,7 +46,7 @@ def test_a_plane_has_its_attitude_everywhere(dip_direction, dip) -> None:
     assert np.abs(result["curvature"]).max() < 1e-3
 
 
-def test_turning_the_world_turns_the_dip_direction() -> None:
+def test_rotating_cloud_rotates_dip_direction() -> None:
     cloud = ball(3.0, 8_000)
     turn = np.radians(30.0)
     # Clockwise seen from above, as azimuths count.
@@ -63,7 +63,7 @@ def test_turning_the_world_turns_the_dip_direction() -> None:
 
 
 @pytest.mark.parametrize("radius", first_in_default_tier([2.0, 5.0, 20.0], 1))
-def test_a_ball_bends_as_one_over_its_radius(radius) -> None:
+def test_sphere_curvature_is_inverse_radius(radius) -> None:
     """Mean curvature of a sphere is 1 / R."""
     cloud = ball(radius)
     result = surface_fields(cloud, 0.15 * radius)
@@ -74,7 +74,7 @@ def test_a_ball_bends_as_one_over_its_radius(radius) -> None:
     assert np.median(turned) == pytest.approx(-1.0 / radius, rel=0.02)
 
 
-def test_a_cylinder_bends_half_as_much_as_a_ball() -> None:
+def test_cylinder_curvature_is_half_that_of_sphere() -> None:
     """H = 1 / (2 R)."""
     rng = np.random.default_rng(1)
     angle, along = rng.uniform(0.0, np.pi, 40_000), rng.uniform(-3.0, 3.0, 40_000)
@@ -86,14 +86,14 @@ def test_a_cylinder_bends_half_as_much_as_a_ball() -> None:
 
 
 @pytest.mark.full
-def test_roughness_is_the_noise_that_was_put_in() -> None:
+def test_roughness_equals_added_noise() -> None:
     rng = np.random.default_rng(2)
     points = sheet(rng, (200.0, 40.0), (0.0, 0.0, 0.0), size=4.0, count=40_000, noise=0.01)
     result = surface_fields(PointCloud(points), 0.4).values
     assert np.median(inner(result["roughness"], points, 0.5)) == pytest.approx(0.01, rel=0.05)
 
 
-def test_m_and_k_are_those_of_the_planes_of_traces() -> None:
+def test_coplanarity_and_collinearity_match_plane_fit() -> None:
     """Of the same points, by the fit that judges picks."""
     rng = np.random.default_rng(3)
     points = rng.standard_normal((24, 3)) * [0.3, 0.1, 0.02]
@@ -117,7 +117,7 @@ def test_overhangs_are_steeper_than_a_right_angle() -> None:
         assert np.abs(result["dip"] - 70.0).max() < 0.01
 
 
-def test_a_finer_mesh_in_one_corner_does_not_count_more() -> None:
+def test_density_differences_do_not_bias_dip() -> None:
     """Vertices a hundred times as dense on one of two planes that meet in the ball."""
     rng = np.random.default_rng(4)
     left = rng.uniform([-1.0, -1.0, 0.0], [0.0, 1.0, 0.0], (40_000, 3))
@@ -143,7 +143,7 @@ def test_places_with_few_neighbours_have_no_value() -> None:
     )
 
 
-def test_copies_and_places_that_are_none_do_no_harm() -> None:
+def test_duplicate_points_and_nan_are_tolerated() -> None:
     rng = np.random.default_rng(7)
     points = sheet(rng, (45.0, 25.0), (0.0, 0.0, 0.0), size=2.0, count=4_000, noise=0.0)
     broken = np.concatenate([points, points[:500], np.full((3, 3), np.nan)])
@@ -153,24 +153,24 @@ def test_copies_and_places_that_are_none_do_no_harm() -> None:
 
 
 @pytest.mark.parametrize("radius", [0.0, -1.0, np.nan, np.inf])
-def test_a_radius_that_is_none_is_refused(radius) -> None:
+def test_invalid_radius_is_refused(radius) -> None:
     with refused("number.not-a-length", UsageError, text=str(radius), field="radius"):
         surface_fields(ball(1.0, 1_000), radius)
 
 
-def test_a_radius_that_holds_nothing_is_told() -> None:
+def test_radius_without_points_is_refused() -> None:
     with refused("fields.too-few-points", GeometryError, radius_m=1e-4):
         surface_fields(ball(1.0, 1_000), 1e-4)
 
 
-def test_a_cloud_without_normals_is_said_to_be_seen_from_above() -> None:
+def test_cloud_without_normals_is_assumed_seen_from_above_with_warning() -> None:
     cloud = ball(1.0, 8_000)
     result: SurfaceFields = surface_fields(PointCloud(cloud.points), 0.3)
     assert "fields.outside-unknown" in by_code(result.warnings)
     assert np.nanmax(result.values["steepness"]) <= 90.0
 
 
-def test_names_say_radius_and_unit() -> None:
+def test_field_names_contain_radius_and_unit() -> None:
     names = (
         field_name("dip_direction", 0.5),
         field_name("curvature", 2.0, is_metric=False),
@@ -183,7 +183,7 @@ def test_names_say_radius_and_unit() -> None:
     )
 
 
-def test_a_radius_beside_the_triangles_of_a_mesh() -> None:
+def test_radius_is_checked_against_mesh_face_size() -> None:
     mesh = grid_mesh(np.zeros((30, 30)), 0.5)
     with refused("fields.radius-below-faces", GeometryError) as error:
         surface_fields(mesh, 0.001)

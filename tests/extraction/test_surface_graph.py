@@ -27,7 +27,7 @@ def arcs(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def test_a_cloud_names_each_neighbour_once_and_on_both_sides() -> None:
+def test_cloud_graph_lists_each_neighbour_once_in_both_directions() -> None:
     graph = SurfaceGraph(PointCloud(sheets(4000, np.random.default_rng(0)))).whole_graph
     first, second = arcs(graph)
     pairs = set(zip(first.tolist(), second.tolist(), strict=True))
@@ -36,7 +36,7 @@ def test_a_cloud_names_each_neighbour_once_and_on_both_sides() -> None:
 
 
 @pytest.mark.parametrize(("length", "many"), [(0.3, False), (1.5, True)])
-def test_a_corridor_is_what_hangs_together_within_its_ellipsoid(length: float, many: bool) -> None:
+def test_corridor_is_connected_part_within_its_ellipsoid(length: float, many: bool) -> None:
     surface = SurfaceGraph(PointCloud(sheets(20_000, np.random.default_rng(1))))
     one = np.array([1.0, 2.0, 0.05 * np.sin(3.0)]) - surface.origin
     other = one + [length, 0.0, 0.0]
@@ -65,7 +65,7 @@ def test_a_corridor_is_what_hangs_together_within_its_ellipsoid(length: float, m
 
 
 @pytest.mark.full
-def test_long_ways_follow_the_colour_of_their_own_ends() -> None:
+def test_long_paths_follow_colour_of_their_own_ends() -> None:
     """What a metre costs is kept for the whole surface; it is that of one colour."""
     rng = np.random.default_rng(2)
     points = rng.uniform(0.0, [6.0, 3.0, 0.0], (120_000, 3))
@@ -110,7 +110,7 @@ def test_nodes_are_in_order_of_their_first_vertex() -> None:
     assert np.array_equal(surface.places + surface.origin, points)
 
 
-def test_edges_of_faces_are_named_once_and_in_order() -> None:
+def test_mesh_edges_are_unique_and_sorted() -> None:
     faces = np.random.default_rng(6).permuted(np.arange(60).reshape(20, 3) % 17, axis=1)
     first, second = _unique_edges(faces, 17)
     pairs = {tuple(sorted((int(f[i]), int(f[i - 1])))) for f in faces for i in range(3)}

@@ -16,14 +16,14 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.mark.full
-def test_bent_files_are_read_or_refused_by_name() -> None:
+def test_corrupted_files_are_read_or_refused_by_name() -> None:
     counts, wrong, _ = readers.campaign(250, seed=7)
     assert wrong == []
     assert counts["read"] > 20  # the sound ones are sound
     assert counts["refused"] > 20
 
 
-def test_files_that_reach_new_lines_are_bent_further() -> None:
+def test_files_that_reach_new_lines_are_mutated_further() -> None:
     counts, wrong, pool = readers.campaign(60, seed=7, only="control", guided=True)
     assert wrong == []
     assert sum(counts.values()) >= 61
@@ -31,20 +31,20 @@ def test_files_that_reach_new_lines_are_bent_further() -> None:
     assert pool.kept > 1
 
 
-def test_single_bits_change_no_figure_silently() -> None:
+def test_flipped_bits_change_no_result_silently() -> None:
     counts, wrong = projects.campaign(projects.flip_bit, 12, 7, same=True)
     assert wrong == []
     assert sum(counts.values()) == 12
 
 
 @pytest.mark.full
-def test_odd_rows_open_as_far_as_they_are_sound() -> None:
+def test_invalid_rows_are_reported_or_refused() -> None:
     counts, wrong = projects.campaign(projects.odd_row, 8, 7, same=False)
     assert wrong == []
     assert counts["named"] + counts["sound"] + counts["refused"] == 8
 
 
-def test_a_name_that_is_a_number_is_named_and_left_aside(tmp_path_factory) -> None:  # type: ignore[no-untyped-def]
+def test_record_with_numeric_name_is_reported_and_skipped(tmp_path_factory) -> None:  # type: ignore[no-untyped-def]
     import json
     import sqlite3
 
@@ -78,7 +78,7 @@ def test_a_name_that_is_a_number_is_named_and_left_aside(tmp_path_factory) -> No
 
 
 @pytest.mark.full
-def test_folders_that_somebody_has_prepared_hold_nobody_up() -> None:
+def test_hostile_folders_do_not_block_reading() -> None:
     counts, wrong = hostile.campaign(120, seed=7)
     assert wrong == []
     assert counts["read"] > 60
@@ -87,21 +87,21 @@ def test_folders_that_somebody_has_prepared_hold_nobody_up() -> None:
 @pytest.mark.parametrize(
     "kind", first_in_default_tier(["t.csv", "b.las", "w.tif", "l.shp", "run/"])
 )
-def test_what_is_no_file_is_refused_by_name(kind: str) -> None:
+def test_irregular_files_are_refused_by_name(kind: str) -> None:
     counts, wrong = no_files.campaign(kind)
     assert wrong == []
     assert counts["refused"] >= len(no_files.ODD)
 
 
 @pytest.mark.full
-def test_archives_that_lie_are_read_or_refused_by_name() -> None:
+def test_falsified_archives_are_read_or_refused_by_name() -> None:
     counts, wrong = hostile.campaign(60, seed=7, only="cloud.npz")
     assert wrong == []
     assert counts["read"] > 0
 
 
 @pytest.mark.parametrize("kind", first_in_default_tier(["t.csv", "s.stl", "k.kml"], 1))
-def test_swollen_files_cost_what_they_are_worth(kind: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_inflated_files_use_limited_memory(kind: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
     # Less than is promised, for files that are smaller than those of a long run.
     said = swollen.campaign(40, tmp_path, only=kind, way="more", free_bytes=200 << 20)
     assert len(said) == 1
@@ -112,7 +112,7 @@ def test_swollen_files_cost_what_they_are_worth(kind: str, tmp_path) -> None:  #
     ("kind", "free"), first_in_default_tier([("a.glb", 100), ("a.ply", 200), ("b.xyz", 100)], 1)
 )
 @pytest.mark.full
-def test_sound_models_take_twice_what_they_hold_and_little_more(
+def test_valid_models_need_little_more_than_twice_their_size(
     kind: str, free: int, tmp_path: Path
 ) -> None:
     said = swollen.campaign(60, tmp_path, only=kind, way="sound", free_bytes=free << 20)
@@ -120,14 +120,14 @@ def test_sound_models_take_twice_what_they_hold_and_little_more(
     assert all(line.endswith("  read") and not line.startswith("WRONG") for line in said), said
 
 
-def test_a_few_bent_pictures_are_read_within_their_budget() -> None:
+def test_sample_of_corrupted_images_is_read_within_budget() -> None:
     counts, wrong = bent_pictures.campaign(9, seed=7)
     assert wrong == []
     assert counts["file.picture-too-large"] > 0
 
 
 @pytest.mark.full
-def test_bent_pictures_are_read_within_their_budget() -> None:
+def test_corrupted_images_are_read_within_budget() -> None:
     counts, wrong = bent_pictures.campaign(90, seed=11)
     assert wrong == []
     assert counts["file.picture-too-large"] > 50

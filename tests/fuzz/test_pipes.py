@@ -118,9 +118,7 @@ def _held(pipe: Path) -> object:
 @pytest.mark.parametrize(
     "read", [_exported, _taken_over, _aligned, _set_aside, _hashed, _held], ids=lambda f: f.__name__
 )
-def test_what_became_a_pipe_since_it_was_found(
-    tmp_path: Path, read: Callable[[Path], object]
-) -> None:
+def test_file_replaced_by_pipe_is_refused(tmp_path: Path, read: Callable[[Path], object]) -> None:
     os.mkfifo(tmp_path / "pipe.png")
     reading = _Reading(read, tmp_path / "pipe.png")
     reading.start()
@@ -131,7 +129,7 @@ def test_what_became_a_pipe_since_it_was_found(
     assert not reading.said.startswith("ERROR")
 
 
-def test_a_quick_look_takes_no_pipe(tmp_path: Path) -> None:
+def test_preview_does_not_block_on_pipe(tmp_path: Path) -> None:
     from vomstudio.io.models.preview import preview
 
     os.mkfifo(tmp_path / "a.las")

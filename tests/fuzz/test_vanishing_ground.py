@@ -44,7 +44,7 @@ def of_each(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[str]]:
 
 
 @pytest.mark.parametrize("template", TEMPLATES)
-def test_a_writer_names_target_and_cause_and_leaves_nothing(
+def test_write_error_reports_target_and_cause_and_leaves_no_files(
     of_each: dict[str, list[str]], template: str
 ) -> None:
     """On a disk that is full, and on one that is read-only."""
@@ -52,17 +52,17 @@ def test_a_writer_names_target_and_cause_and_leaves_nothing(
 
 
 @pytest.mark.parametrize("kind", first_in_default_tier(["save", "save-as", "compact"], 1))
-def test_a_project_is_whole_after_a_fault_at_any_call(kind: str) -> None:
+def test_project_is_intact_after_disk_fault_at_any_call(kind: str) -> None:
     assert f"{kind}: 15 faults" in run("disk_faults", "--faults", "15", "--seed", "7", kind)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", disk_faults.COMMANDS)
-def test_outputs_are_whole_after_a_fault_at_any_call(kind: str) -> None:
+def test_outputs_are_intact_after_disk_fault_at_any_call(kind: str) -> None:
     assert f"{kind}: 60 faults" in run("disk_faults", "--faults", "60", "--seed", "7", kind)
 
 
-def test_a_kill_at_any_moment_loses_no_step_that_was_shown() -> None:
+def test_kill_at_any_moment_loses_no_displayed_step() -> None:
     said = run("kills", "--kills", "12", "--seed", "7")
     assert "wrong" not in said
     assert "12 kills" in said

@@ -14,7 +14,7 @@ from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.orientation import Line, Plane
 
 
-def test_ragans_sandstone_is_as_thick_as_in_the_book() -> None:
+def test_ragans_sandstone_has_published_thickness() -> None:
     # Ragan (2009), Structural Geology, chapter 2, problem 4: strike 245, dip 35 by the right-hand
     # rule, a level traverse of 125 m along N10E from the bottom to the top: 58.7 m.
     bed = Plane.from_strike(245.0, 35.0)
@@ -23,7 +23,7 @@ def test_ragans_sandstone_is_as_thick_as_in_the_book() -> None:
     assert found.total_m.error95 is None
 
 
-def test_the_units_of_a_published_map_are_as_thick_as_published() -> None:
+def test_units_of_published_map_have_published_thickness() -> None:
     # Cardozo, Computational structural geology (after Bennison's maps), notebook 5: contacts of the
     # units Q, R, S and T, which strike 84.5 and dip 22.5: 195.6, 278.6, 94.6 and 467.2 m.
     contacts = [
@@ -40,7 +40,7 @@ def test_the_units_of_a_published_map_are_as_thick_as_published() -> None:
     assert found.intervals[-1].top_m == pytest.approx(sum(thick))
 
 
-def test_its_errors_are_those_of_simulation() -> None:
+def test_errors_match_simulation() -> None:
     rng = np.random.default_rng(5)
     bed = Plane(120.0, 40.0)
     points = np.array([[0.0, 0.0, 0.0], [2.0, 6.0, 9.0], [-5.0, -5.0, 19.0]])
@@ -57,7 +57,7 @@ def test_its_errors_are_those_of_simulation() -> None:
     assert errors == pytest.approx(list(spread), rel=0.06)
 
 
-def test_order_names_and_words_follow_the_beds_up() -> None:
+def test_beds_are_ordered_upwards_with_names_and_descriptions() -> None:
     points = [[0, 0, 0], [0, 0, 3], [0, 0, 1]]
     level = Plane(0.0, 0.0)
     found = bed_log(
@@ -83,7 +83,7 @@ def test_order_names_and_words_follow_the_beds_up() -> None:
     assert bed_log([[0, 0, 3], [0, 0, 2], [0, 0, 0]], level).reordered == ()
 
 
-def test_turning_the_world_changes_nothing() -> None:
+def test_rotation_changes_nothing() -> None:
     points = np.array([[0, 0, 0], [3, 1, 2], [4, 4, 7.0]])
     turn = np.radians(-30.0)
     around = np.array(
@@ -96,7 +96,7 @@ def test_turning_the_world_changes_nothing() -> None:
         assert a.thickness_m.error95 == pytest.approx(b.thickness_m.error95, abs=1e-6)
 
 
-def test_what_is_no_log_is_refused() -> None:
+def test_invalid_logs_are_refused() -> None:
     for points in ([[0, 0, 0]], [[0, 0, np.nan], [0, 0, 1]], [[0, 0], [1, 1]]):
         with pytest.raises(GeometryError):
             bed_log(points, Plane(0, 0))
@@ -109,7 +109,7 @@ def test_what_is_no_log_is_refused() -> None:
     ]
 
 
-def test_rocks_are_told_in_the_words_of_strabospot() -> None:
+def test_rocks_are_translated_to_strabospot_terms() -> None:
     assert strabospot_fields("Sandstone")["siliciclastic_type"] == "sandstone"
     assert strabospot_fields("mudstone")["primary_lithology"] == "siliciclastic"
     assert strabospot_fields("lime mudstone")["dunham_classification"] == "mudstone"

@@ -47,7 +47,7 @@ def test_a_known_curvature_is_found_from_control_and_check_points(curvature: flo
     assert inside >= 50
 
 
-def test_the_change_of_dip_is_that_of_the_bent_surface() -> None:
+def test_change_of_dip_matches_bent_surface() -> None:
     """z = c r^2 slopes by 2 c r: 1 mm in 1 m squared at 30 m is 3.4 degrees on each side."""
     x, y = np.meshgrid(np.linspace(-30, 30, 7), np.linspace(-30, 30, 7))
     places = np.stack([x.ravel(), y.ravel(), np.zeros(49)], axis=1)
@@ -79,7 +79,7 @@ def test_flat_models_are_called_bowed_once_in_twenty(n: int) -> None:
     assert 0.035 < alarms / rounds < 0.067
 
 
-def test_stated_accuracies_weigh_the_points() -> None:
+def test_points_are_weighted_by_stated_accuracy() -> None:
     """Twelve good points and twelve that are a hundred times worse: the good ones decide."""
     world = face(24, 5)
     rng = np.random.default_rng(6)
@@ -92,7 +92,7 @@ def test_stated_accuracies_weigh_the_points() -> None:
     assert abs(weighed.curvature_per_m) == pytest.approx(0.001, rel=0.1)
 
 
-def test_the_edge_is_that_of_the_model_where_it_is_known() -> None:
+def test_reach_is_taken_from_model_extent() -> None:
     world = face(10, 7)
     residuals = bowed(world, 0.001) - world
     wide = face(4000, 8)
@@ -102,7 +102,7 @@ def test_the_edge_is_that_of_the_model_where_it_is_known() -> None:
 
 
 @pytest.mark.parametrize("case", ["few", "line", "ring", "spot"])
-def test_what_tells_nothing_of_it_is_not_judged(case: str) -> None:
+def test_insufficient_points_give_no_result(case: str) -> None:
     t = np.linspace(0.0, 2.0 * np.pi, 20, endpoint=False)
     places = {
         "few": face(5, 1),
@@ -173,7 +173,7 @@ def test_verticals_of_a_flat_block_are_called_bowed_once_in_twenty() -> None:
     assert 0.035 < alarms / rounds < 0.067
 
 
-def test_a_mount_out_of_line_all_around_a_rock_is_no_bowing() -> None:
+def test_misaligned_mount_around_a_rock_is_not_bowing() -> None:
     """All cameras look inwards and each is pitched by a degree: that looks like a dome to whoever
     does not know of mounts."""
     rng = np.random.default_rng(5)
@@ -188,7 +188,7 @@ def test_a_mount_out_of_line_all_around_a_rock_is_no_bowing() -> None:
     assert found is None or not found.significant
 
 
-def test_few_photos_or_photos_at_one_place_tell_nothing() -> None:
+def test_few_or_coincident_photos_give_no_result() -> None:
     rng = np.random.default_rng(0)
     places, cameras = block(5, rng, wall=False)
     assert fit_bowing_to_rotations(places, np.zeros((5, 3)), cameras) is None

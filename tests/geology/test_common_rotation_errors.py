@@ -63,7 +63,7 @@ def estimate_scatter(results: np.ndarray, about: np.ndarray) -> np.ndarray:
 
 # --- all of one model: the result turns with it --------------------------------------------------
 @pytest.mark.parametrize("index", [0, 1, 2])
-def test_the_axes_of_a_model_turn_as_one_vector_does(index: int) -> None:
+def test_axes_of_one_model_rotate_like_a_vector(index: int) -> None:
     poles = girdle(40, 0.1)
     values, axes = orientation_tensor(poles)
     found = principal_axis(differentiate_vectors(poles, one_model(40)), values, axes, index)
@@ -71,7 +71,7 @@ def test_the_axes_of_a_model_turn_as_one_vector_does(index: int) -> None:
     assert found.covariance()[0] == pytest.approx(expected, abs=1e-9)
 
 
-def test_so_does_the_mean_however_many_planes_there_are() -> None:
+def test_mean_rotates_like_a_vector_for_any_number_of_planes() -> None:
     rng = np.random.default_rng(3)
     for n in (2, 30, 3000):
         lines = np.array([0.3, 0.5, -0.8]) + 0.1 * rng.normal(size=(n, 3))
@@ -81,7 +81,7 @@ def test_so_does_the_mean_however_many_planes_there_are() -> None:
         assert found.covariance()[0] == pytest.approx(expected, abs=1e-12)
 
 
-def test_so_does_the_line_where_two_of_its_planes_meet() -> None:
+def test_intersection_of_planes_rotates_like_a_vector() -> None:
     a, b = np.array([[0.0, 0.6, 0.8]]), np.array([[0.96, 0.0, 0.28]])
     found = intersect_planes(
         differentiate_vectors(a, one_model(1)), differentiate_vectors(b, one_model(1))
@@ -92,7 +92,7 @@ def test_so_does_the_line_where_two_of_its_planes_meet() -> None:
 
 
 # --- several models -------------------------------------------------------------------------------
-def test_equal_halves_of_two_models_halve_the_variance_of_the_mean() -> None:
+def test_two_models_with_equal_shares_halve_variance_of_mean() -> None:
     """Of parallel planes: the mean of two independent turns."""
     turns = RotationErrors(np.array([0, 0, 1, 1]), np.array([TILTED, TILTED]))
     pole = np.array([0.0, 0.6, -0.8])
@@ -100,7 +100,7 @@ def test_equal_halves_of_two_models_halve_the_variance_of_the_mean() -> None:
     assert found.covariance()[0] == pytest.approx(direction_covariance(TILTED, pole)[0] / 2)
 
 
-def test_readings_of_a_compass_hold_the_mean_still() -> None:
+def test_compass_readings_reduce_rotation_error_of_mean() -> None:
     turns = RotationErrors(np.array([0, UNKNOWN_GROUP, UNKNOWN_GROUP, UNKNOWN_GROUP]), TILTED[None])
     pole = np.array([0.0, 0.6, -0.8])
     found = resultant(differentiate_vectors(np.tile(pole, (4, 1)), turns))
@@ -108,7 +108,7 @@ def test_readings_of_a_compass_hold_the_mean_still() -> None:
 
 
 @pytest.mark.full
-def test_the_axis_of_beds_of_two_models_strays_as_when_both_are_turned() -> None:
+def test_axis_error_from_two_models_matches_simulation() -> None:
     """3,000 pairs of turns drawn, against the first order."""
     poles = girdle(24, 0.05)
     group = np.array([0] * 10 + [1] * 12 + [UNKNOWN_GROUP] * 2)
@@ -125,7 +125,7 @@ def test_the_axis_of_beds_of_two_models_strays_as_when_both_are_turned() -> None
     assert told == pytest.approx(expected, abs=0.06 * np.trace(expected))
 
 
-def test_the_meeting_line_of_two_models_strays_as_when_both_are_turned() -> None:
+def test_intersection_error_from_two_models_matches_simulation() -> None:
     a, b = np.array([0.0, 0.6, 0.8]), np.array([0.8, 0.36, 0.48])
     rotations = np.array([TILTED, 0.5 * TILTED[::-1, ::-1]])
     both = RotationErrors(np.array([0, 1]), rotations)
@@ -139,7 +139,7 @@ def test_the_meeting_line_of_two_models_strays_as_when_both_are_turned() -> None
 
 
 # --- regions --------------------------------------------------------------------------------------
-def test_two_round_regions_add_as_squares() -> None:
+def test_circular_regions_add_in_quadrature() -> None:
     up = np.array([0.0, 0.0, 1.0])
     found = region(up, np.radians(2.0) ** 2 * np.eye(3), cone(up, 3.0))
     assert found.largest_deg == pytest.approx(np.hypot(3.0, 2.0 * FACTOR))
@@ -157,7 +157,7 @@ def test_two_crossed_ellipses_keep_their_own_axes() -> None:
     assert found.smallest_deg == pytest.approx(np.hypot(1.0, FACTOR))
 
 
-def test_nothing_added_changes_nothing() -> None:
+def test_missing_covariance_changes_nothing() -> None:
     line = np.array([0.0, 0.6, -0.8])
     found = region(line, None, (5.0, 1.0, np.array([1.0, 0.0, 0.0])))
     assert (found.largest_deg, found.smallest_deg) == pytest.approx((5.0, 1.0))
@@ -185,7 +185,7 @@ def test_a_mean_states_both_errors_and_both_together() -> None:
     )
 
 
-def test_beta_states_them_too() -> None:
+def test_fold_axis_states_both_errors_and_their_total() -> None:
     poles = girdle(60, 0.1)
     azimuth, dip, _ = normals_to_planes(poles)
     found = fold_axis(azimuth, dip, one_model(60, np.radians(3.0) ** 2 * np.eye(3)))
@@ -208,7 +208,7 @@ def test_beta_states_them_too() -> None:
 
 
 @pytest.mark.full
-def test_the_stated_region_of_beta_holds_the_true_axis() -> None:
+def test_stated_region_of_fold_axis_contains_true_axis() -> None:
     """Folds of 15 beds that scatter by 3 degrees, on models turned by 2 degrees about up and 1
     about the others: the region with the registration holds the axis in about 95 %, that without
     it far less often."""
@@ -246,7 +246,7 @@ def within(
     return bool((x / largest) ** 2 + (y / smallest) ** 2 <= 1.0)
 
 
-def test_sets_of_one_model_share_its_turn() -> None:
+def test_sets_of_one_model_share_its_rotation() -> None:
     """The common axis of three sets turns with the model, as beta does."""
     poles = girdle(30, 0.02)
     order = np.argsort(poles[:, 0])
@@ -259,7 +259,7 @@ def test_sets_of_one_model_share_its_turn() -> None:
     assert found.registration_error_deg == pytest.approx(expected.largest_deg, rel=1e-6)
 
 
-def test_registrations_are_told_apart_by_their_key() -> None:
+def test_registrations_are_distinguished_by_key() -> None:
     turns = group_rotation_errors([("a", TILTED), (None, None), ("b", TILTED), ("a", TILTED)])
     assert turns.group.tolist() == [0, UNKNOWN_GROUP, 1, 0]
     assert turns.has_known_errors
@@ -267,7 +267,7 @@ def test_registrations_are_told_apart_by_their_key() -> None:
     assert turns.of([1]).group.tolist() == [UNKNOWN_GROUP]
 
 
-def test_results_of_sets_are_vectors_of_further_results() -> None:
+def test_vectors_with_derivatives_can_be_concatenated() -> None:
     parts = [differentiate_vectors(np.eye(3)[i : i + 1], one_model(1)) for i in range(2)]
     both = concatenate_vectors(parts)
     assert isinstance(both, VectorsWithDerivatives)

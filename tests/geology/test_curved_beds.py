@@ -42,7 +42,7 @@ def off(found: CurvedBed, normals: Array) -> Array:
     )
 
 
-def test_local_dips_of_a_fold_are_those_of_its_tangent_planes() -> None:
+def test_local_dips_match_tangent_planes_of_fold() -> None:
     points, normals, cuts = fold(np.random.default_rng(1), 0.02)
     found = curved_bed(list("abcde"), points + [4e5, 5e6, 100], cuts)
     assert found.degree >= 2
@@ -58,7 +58,7 @@ def test_local_dips_of_a_fold_are_those_of_its_tangent_planes() -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("noise", [0.01, 0.02, 0.05, 0.2])
-def test_the_stated_error_of_local_dips_holds(noise: float) -> None:
+def test_stated_error_of_local_dips_is_reliable(noise: float) -> None:
     rng = np.random.default_rng(2)
     held = []
     for _ in range(40):
@@ -68,7 +68,7 @@ def test_the_stated_error_of_local_dips_holds(noise: float) -> None:
     assert np.mean(held) > 0.91
 
 
-def test_a_plane_is_a_plane() -> None:
+def test_planar_bed_is_fitted_as_plane() -> None:
     rng = np.random.default_rng(3)
     degrees = []
     for _ in range(60):
@@ -83,7 +83,7 @@ def test_a_plane_is_a_plane() -> None:
     assert np.mean(np.array(degrees) > 1) < 0.17
 
 
-def test_roughness_along_the_traces_makes_fewer_points_count() -> None:
+def test_roughness_along_traces_reduces_effective_number_of_points() -> None:
     rng = np.random.default_rng(4)
     points, normals, cuts = fold(rng, 0.0, 80)
     rough = np.concatenate(
@@ -93,7 +93,7 @@ def test_roughness_along_the_traces_makes_fewer_points_count() -> None:
     assert found.n_effective < 0.4 * found.n
 
 
-def test_turning_the_world_turns_the_dips_with_it() -> None:
+def test_rotating_points_rotates_the_dips() -> None:
     points, _, cuts = fold(np.random.default_rng(5), 0.02)
     c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
     turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]])
@@ -104,7 +104,7 @@ def test_turning_the_world_turns_the_dips_with_it() -> None:
     assert turned == pytest.approx(np.full(len(turned), 30.0), abs=1e-4)
 
 
-def test_what_determines_no_surface_is_refused() -> None:
+def test_points_without_unique_surface_are_refused() -> None:
     line = np.column_stack([np.arange(10.0), np.arange(10.0), np.arange(10.0)])
     with refused("beds.no-surface", GeometryError):
         curved_bed(["a"], line, [0, 10])

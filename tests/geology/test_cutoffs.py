@@ -25,7 +25,7 @@ def test_the_hanging_wall_lies_above_the_fault_whichever_trace_comes_first() -> 
         assert found.footwall.tolist() == WEST[2].tolist()
 
 
-def test_the_world_can_be_turned_and_moved() -> None:
+def test_rotation_and_translation_keep_cutoffs() -> None:
     a = np.radians(30.0)
     # Clockwise, as dip directions count.
     turn = np.array([[np.cos(a), np.sin(a), 0], [-np.sin(a), np.cos(a), 0], [0, 0, 1.0]])
@@ -37,12 +37,12 @@ def test_the_world_can_be_turned_and_moved() -> None:
     assert not found.is_swapped
 
 
-def test_both_on_one_side_are_refused() -> None:
+def test_traces_on_one_side_of_fault_are_refused() -> None:
     with refused("displacement.one-side", GeometryError):
         find_cutoffs(EAST, EAST + [0, 3, 0], FAULT, [0, 0, 0])
 
 
-def test_the_bed_of_parallel_traces_is_that_on_which_they_lie() -> None:
+def test_common_bed_of_parallel_traces_is_recovered() -> None:
     normal = Plane(200.0, 25.0).normal()
     flat = np.random.default_rng(2).uniform(-3, 3, (2, 12, 2))
     traces = [

@@ -62,7 +62,7 @@ def test_a_uniform_scatter_has_schmidt_density_one() -> None:
 
 
 @pytest.mark.parametrize("method", densities.DENSITY_METHODS)
-def test_the_grid_holds_the_density_of_the_line_at_each_place_of_the_net(method: str) -> None:
+def test_grid_values_match_densities_of_single_lines(method: str) -> None:
     """One place at a time."""
     poles = np.random.default_rng(3).normal(size=(60, 3)) + [0.5, 1.0, -2.0]
     poles /= np.linalg.norm(poles, axis=1)[:, None]
@@ -125,7 +125,7 @@ def test_turning_the_data_turns_their_density(
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_either_end_of_an_axis_counts_alike_and_neither_is_written_to(method: str) -> None:
+def test_density_ignores_axis_sign_and_keeps_input_unchanged(method: str) -> None:
     v, at = scatter(70, 5), scatter(40, 6)
     signs = np.where(np.arange(70) % 3 == 0, -1.0, 1.0)[:, None]
     before = v.copy()
@@ -137,7 +137,7 @@ def test_either_end_of_an_axis_counts_alike_and_neither_is_written_to(method: st
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("n", [40, 3000])
-def test_what_is_too_far_to_count_may_be_left_out(method: str, n: int) -> None:
+def test_skipping_distant_poles_does_not_change_grid(method: str, n: int) -> None:
     """In blocks, where most of a large set is far away, as one place at a time."""
     v = scatter(n, 7, (0.0, 1.0, -1.0))
     steps, grid = densities.density_grid(v, method, size=31)
@@ -147,7 +147,7 @@ def test_what_is_too_far_to_count_may_be_left_out(method: str, n: int) -> None:
         assert grid[row, column] == pytest.approx(one[0], abs=1e-8)
 
 
-def test_the_grid_is_as_fine_as_the_counting_circle_asks() -> None:
+def test_grid_spacing_resolves_counting_circle() -> None:
     for n in (5, 500, 3000, 20_000):
         circle_deg = math.degrees(math.acos(1.0 - densities.counting_area(n)))
         apart_deg = 180.0 / (densities.grid_size(n) - 1)
@@ -155,7 +155,7 @@ def test_the_grid_is_as_fine_as_the_counting_circle_asks() -> None:
         assert densities.density_grid(scatter(n, 1)[:5], size=None)[0].size >= 61
 
 
-def test_ten_thousand_poles_are_counted_in_a_moment() -> None:
+def test_ten_thousand_poles_are_counted_within_one_second() -> None:
     import time
 
     v, best = scatter(10_000, 9, (0.0, 2.0, -2.0)), math.inf
@@ -167,7 +167,7 @@ def test_ten_thousand_poles_are_counted_in_a_moment() -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_the_densest_place_is_the_axis_of_a_round_cluster(method: str) -> None:
+def test_density_maximum_is_axis_of_round_cluster(method: str) -> None:
     """Of poles on cones about an axis, and the axis."""
     axis = lines_to_vectors([70.0], [35.0])[0]
     first = np.cross(axis, [0.0, 0.0, 1.0])
@@ -185,7 +185,7 @@ def test_the_densest_place_is_the_axis_of_a_round_cluster(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", SMOOTH)
-def test_nowhere_is_denser_than_the_densest_place(method: str) -> None:
+def test_no_direction_is_denser_than_the_maximum(method: str) -> None:
     v = np.vstack([scatter(60, 1, (2.0, 2.0, -1.0)), scatter(90, 2, (-3.0, 1.0, -2.0))])
     place, top = densities.find_maximum(v, method)
     assert top >= densities.density(v, even(20_000), method).max() - 1e-9
@@ -193,7 +193,7 @@ def test_nowhere_is_denser_than_the_densest_place(method: str) -> None:
 
 
 @pytest.mark.parametrize("n", [3, 40, 2000])
-def test_the_maximum_found_from_the_grid_is_that_of_the_lattice(n: int) -> None:
+def test_maximum_from_grid_matches_maximum_from_lattice(n: int) -> None:
     rng = np.random.default_rng(n)
     vectors = rng.normal(size=(n, 3)) + 2.0 * rng.normal(size=(3, 3))[rng.integers(0, 3, n)]
     vectors /= np.linalg.norm(vectors, axis=1)[:, None]
@@ -206,7 +206,7 @@ def test_the_maximum_found_from_the_grid_is_that_of_the_lattice(n: int) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("size", [8, 21, 33])
-def test_tiles_of_any_grid_count_what_single_places_count(method: str, size: int) -> None:
+def test_grids_of_any_size_match_densities_of_single_lines(method: str, size: int) -> None:
     """Sides that are, and are not, a multiple of the tile."""
     v = scatter(3000, 11, (0.0, 2.0, -3.0))
     _, grid = densities.density_grid(v, method, size=size)

@@ -63,7 +63,7 @@ def pieces_at(places: Array) -> Pieces:
 
 
 @pytest.mark.parametrize("attitude", [(70.0, 60.0), (100.0, 60.0), (310.0, 90.0), (0.0, 0.0)])
-def test_parallel_squares_have_their_spacing_persistence_and_area(
+def test_parallel_squares_have_expected_spacing_persistence_and_area(
     attitude: tuple[float, float],
 ) -> None:
     side, gap, n = 2.0, 0.35, 9
@@ -86,7 +86,7 @@ def test_parallel_squares_have_their_spacing_persistence_and_area(
     assert found[0].hull_m2 == pytest.approx(side**2)
 
 
-def test_length_along_dip_is_not_length_along_strike() -> None:
+def test_persistence_is_measured_along_dip_and_strike() -> None:
     attitude = (200.0, 35.0)
     u, v = axes_of(*attitude)
     ring = np.array([-3 * u - v, 3 * u - v, 3 * u + v, -3 * u + v])
@@ -122,14 +122,14 @@ def test_pieces_are_joined_within_one_and_a_half_sums_of_their_scatters() -> Non
     assert split_by_position(np.array([0.0, 1.001 * limit]), s).tolist() == [0, 1]
 
 
-def test_a_chain_of_small_pieces_joins_nothing_that_is_apart() -> None:
+def test_chain_of_small_pieces_does_not_join_distant_planes() -> None:
     offsets = np.arange(12) * 0.05
     found = split_by_position(offsets, np.full(12, 0.02))
     # Each within reach of the next, but the ends half a metre apart.
     assert len(set(found.tolist())) >= 5
 
 
-def test_planes_that_end_are_as_far_apart_as_their_nearest_neighbour() -> None:
+def test_spacing_of_ending_planes_uses_nearest_neighbour() -> None:
     # Two stacks side by side, one half a step higher: along the normal planes alternate, but each
     # plane's nearest neighbour is the next of its own stack.
     attitude = (0.0, 0.0)
@@ -141,7 +141,7 @@ def test_planes_that_end_are_as_far_apart_as_their_nearest_neighbour() -> None:
     assert whole.spacing_ending_m == pytest.approx((8 * 1.0 + 0.5) / 9)
 
 
-def test_a_tilted_large_piece_joins_by_what_it_scatters_about_the_set() -> None:
+def test_tilted_large_piece_is_joined_by_its_scatter_along_set_normal() -> None:
     # Of two pieces with the same middle distance the one that leans reaches the other.
     normal = normal_of(0.0, 0.0)
     lean = normal_of(90.0, 8.0)
@@ -159,7 +159,7 @@ def test_a_tilted_large_piece_joins_by_what_it_scatters_about_the_set() -> None:
         assert whole.area_m2 is None
 
 
-def test_spacing_along_a_scanline_is_longer_by_the_cosine() -> None:
+def test_apparent_spacing_is_true_spacing_divided_by_cosine() -> None:
     normal = normal_of(130.0, 70.0)
     places = np.arange(-30, 30)[:, None] * 0.4 * normal
     poles = np.repeat(normal[None], 60, axis=0)
@@ -180,7 +180,7 @@ def test_spacing_along_a_scanline_is_longer_by_the_cosine() -> None:
 
 
 @pytest.mark.full
-def test_area_per_volume_of_planes_that_lean_is_that_of_their_line_over_the_cosine() -> None:
+def test_p32_of_tilted_planes_includes_cosine_correction() -> None:
     # Planes at even distances from a point, one each r metres, have 1 / r of area per volume
     # whatever their attitudes (a plane at distance d cuts a ball in pi (R^2 - d^2)); a line crosses
     # fewer of those that lean (Wang 2005, PhD thesis, Virginia Tech: C13).
@@ -202,7 +202,7 @@ def test_area_per_volume_of_planes_that_lean_is_that_of_their_line_over_the_cosi
 
 
 @pytest.mark.full
-def test_the_interval_of_area_per_volume_holds_it_in_95_percent() -> None:
+def test_p32_interval_contains_truth_in_95_percent() -> None:
     # Planes at random along the normal, at one a metre; known exactly for gaps of a Poisson
     # process (Cox & Lewis 1966).
     chance = np.random.default_rng(4)
@@ -216,7 +216,7 @@ def test_the_interval_of_area_per_volume_holds_it_in_95_percent() -> None:
     assert abs(held / runs - 0.95) < 4 * math.sqrt(0.95 * 0.05 / runs)
 
 
-def test_the_interval_holds_where_planes_lean_out_of_their_set() -> None:
+def test_p32_interval_is_reliable_for_planes_tilted_within_set() -> None:
     """Endless planes at one square metre in a cubic metre, each seen in a piece on a wall:
     pieces that lean reach past their neighbours along the normal, and are joined with them."""
     chance = np.random.default_rng(8)
@@ -244,7 +244,7 @@ def test_the_interval_holds_where_planes_lean_out_of_their_set() -> None:
     assert held / runs > 0.95 - 4 * math.sqrt(0.95 * 0.05 / runs)
 
 
-def test_picks_that_may_be_of_one_plane_have_no_interval() -> None:
+def test_picks_possibly_on_one_plane_have_no_interval() -> None:
     """Three on each of ten planes a metre apart count as thirty, which no interval of thirty
     planes at random may hide."""
     chance = np.random.default_rng(6)
@@ -266,7 +266,7 @@ def test_picks_that_may_be_of_one_plane_have_no_interval() -> None:
     assert single.p32_low95_1_per_m is not None
 
 
-def test_one_face_is_told_from_several() -> None:
+def test_single_face_is_distinguished_from_several() -> None:
     chance = np.random.default_rng(5)
     wall = np.column_stack(
         [chance.uniform(0, 20, 40), chance.normal(0, 0.3, 40), chance.uniform(0, 8, 40)]
@@ -279,7 +279,7 @@ def test_one_face_is_told_from_several() -> None:
     assert describe_faces(Pieces(wall[:3], nothing[0][:3], nothing[1][:3], rings[:3])) is None
 
 
-def test_planes_without_a_place_are_in_no_discontinuity() -> None:
+def test_planes_without_position_belong_to_no_discontinuity() -> None:
     attitude = (40.0, 55.0)
     pieces = flat_pieces(attitude, np.array([[0.0, 0, 0], [np.nan] * 3, [0, 0, 1.0]]), 0.5)
     whole, found, number = arranged(attitude, pieces)

@@ -31,7 +31,7 @@ LEVEL = Plane(0.0, 0.0)
 AT = np.array([433_000.0, 5_200_000.0, 812.0])
 
 
-def test_a_normal_fault_of_sixty_degrees() -> None:
+def test_normal_fault_of_60_degrees_has_closed_form_components() -> None:
     """Ten metres down the dip: throw 10 sin 60, heave 10 cos 60."""
     moved = 10 * np.array([math.cos(math.radians(60)), 0, -math.sin(math.radians(60))])
     found = net_slip_from_piercing_points(AT + moved, AT, FAULT)
@@ -51,7 +51,7 @@ def test_a_normal_fault_of_sixty_degrees() -> None:
 @pytest.mark.parametrize(
     "fault", [FAULT, Plane(200.0, 35.0), Plane(130.0, 90.0), Plane(300.0, 90.0)]
 )
-def test_a_slip_of_any_rake_comes_back(fault: Plane, rake: float) -> None:
+def test_slip_of_any_rake_is_recovered(fault: Plane, rake: float) -> None:
     """Both ways, from the point itself and from a bed that is nowhere near the slip."""
     slip = 7.0 * slip_from_rake(fault, rake).vector()
     found = net_slip_from_piercing_points(AT + slip, AT, fault)
@@ -74,7 +74,7 @@ def normal(plane: Plane) -> np.ndarray:
     return np.array([math.sin(dd) * math.sin(d), math.cos(dd) * math.sin(d), math.cos(d)])
 
 
-def test_level_beds_across_a_fault_of_unknown_slip() -> None:
+def test_horizontal_beds_with_unknown_slip_give_separations() -> None:
     """A bed 3 m lower on the hanging wall: throw 3, heave 3 / tan 60, no strike separation."""
     found = separations(AT + [4.0, 17.0, -3.0], AT, FAULT, LEVEL)
     assert found.stratigraphic_m.value == pytest.approx(3)
@@ -106,7 +106,7 @@ def test_a_slip_along_the_bed_is_refused() -> None:
         net_slip_from_piercing_points([0, 0, np.nan], AT, FAULT)
 
 
-def test_the_world_turns_with_it() -> None:
+def test_rotation_rotates_slip_and_keeps_components() -> None:
     c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
     turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
     moved = np.array([3.0, -4.0, -2.0])
@@ -118,7 +118,7 @@ def test_the_world_turns_with_it() -> None:
 
 
 @pytest.mark.full
-def test_stated_errors_are_those_of_simulation() -> None:
+def test_stated_errors_match_simulation() -> None:
     chance = np.random.default_rng(2)
     errors = DisplacementErrors(sigma_m=0.05, fault95_deg=4.0, bed95_deg=3.0, rake95_deg=10.0)
     fault, bed, rake = Plane(70.0, 55.0), Plane(20.0, 20.0), 80.0
@@ -150,7 +150,7 @@ def test_stated_errors_are_those_of_simulation() -> None:
     np.testing.assert_allclose(told, spread, rtol=0.08)
 
 
-def test_three_points_by_hand() -> None:
+def test_plane_of_three_points_matches_hand_calculation() -> None:
     """Outcrops at 100, 100 and 80 m: the strike runs through the first two."""
     found = plane_of_three_points(np.array([[0, 0, 100], [0, 50, 100], [40, 20, 80.0]]) + AT)
     assert found.plane.dip_direction_deg == pytest.approx(90)
@@ -160,7 +160,7 @@ def test_three_points_by_hand() -> None:
         plane_of_three_points([[0, 0, 0], [1, 1, 1], [2, 2, 2]])
 
 
-def test_the_errors_of_three_points_are_those_of_simulation() -> None:
+def test_errors_of_three_points_match_simulation() -> None:
     chance = np.random.default_rng(3)
     points = np.array([[0, 0, 0], [10, 2, -4], [3, 9, -5.0]]) + AT
     stated = plane_of_three_points(points, 0.1)
@@ -194,7 +194,7 @@ def test_the_errors_of_many_points_cover_the_truth() -> None:
 
 
 @pytest.mark.full
-def test_stated_errors_of_many_points_are_those_of_simulation() -> None:
+def test_stated_errors_of_many_points_match_simulation() -> None:
     chance = np.random.default_rng(6)
     points = np.array([[0, 0, 0], [10, 2, -4], [3, 9, -5.0], [9, 9, -8], [5, 5, -5]]) + AT
     stated = plane_of_three_points(points, 0.1)
@@ -204,7 +204,7 @@ def test_stated_errors_of_many_points_are_those_of_simulation() -> None:
 
 
 @pytest.mark.parametrize("beside", first_in_default_tier([0.01, 0.1, 0.3, 2.0, 20.0]))
-def test_the_errors_of_points_nearly_on_a_line_hold(beside: float) -> None:
+def test_errors_of_nearly_collinear_points_are_reliable(beside: float) -> None:
     """Of three points known to 5 cm over 200 m: at least 95 % of the dips drawn about the true
     plane, and of those found from what was drawn, lie within what is stated."""
     chance = np.random.default_rng(int(100 * beside))
@@ -228,7 +228,7 @@ def test_the_errors_of_points_nearly_on_a_line_hold(beside: float) -> None:
     assert ("points.nearly-collinear" in by_code(unstated.warnings)) == (beside < 10.0)
 
 
-def test_planes_about_a_line_dip_from_its_plunge_to_a_right_angle() -> None:
+def test_collinear_points_leave_dip_between_plunge_and_90_degrees() -> None:
     """Of points on a line whose plunge is 5.7 degrees all planes that hold it remain."""
     points = np.array([[0, 0, 0], [100, 0, 10], [200, 0.001, 20.0]])
     found = plane_of_three_points(points, 0.05)
@@ -240,7 +240,7 @@ def test_planes_about_a_line_dip_from_its_plunge_to_a_right_angle() -> None:
     assert found.max_confidence95_deg == pytest.approx(90.0)
 
 
-def test_a_wide_triangle_is_not_warned_of() -> None:
+def test_wide_triangle_gives_no_warning() -> None:
     chance = np.random.default_rng(8)
     for _ in range(300):
         points = chance.uniform(-50, 50, (3, 3))
@@ -251,7 +251,7 @@ def test_a_wide_triangle_is_not_warned_of() -> None:
 
 
 @pytest.mark.parametrize("stated", [0.05, 0.0])
-def test_points_whose_spread_beside_their_line_is_error_alone_tell_no_plane(stated: float) -> None:
+def test_noise_around_a_line_determines_no_plane(stated: float) -> None:
     """Of six points on a line the normal found is one by chance: the cone is all round it."""
     chance = np.random.default_rng(21)
     line = np.linspace(-100, 100, 6)[:, None] * [[0.8, 0.36, 0.48]]
@@ -265,7 +265,7 @@ def test_points_whose_spread_beside_their_line_is_error_alone_tell_no_plane(stat
 
 @pytest.mark.parametrize("n", first_in_default_tier([3, 5, 8], 2))
 @pytest.mark.parametrize("beside", first_in_default_tier([0.1, 1.0, 10.0], 2))
-def test_dip_directions_hold_where_their_error_is_told(n: int, beside: float) -> None:
+def test_reported_dip_direction_errors_are_reliable(n: int, beside: float) -> None:
     """Of points known to 5 cm along 20 m, the less they lie beside the line the fewer are told."""
     chance = np.random.default_rng(n)
     told, held = 0, 0

@@ -35,7 +35,7 @@ from vomstudio.geology.populations.sphere_models import (
 
 
 @pytest.mark.parametrize("k", [-0.1, -1.0, -10.0, -100.0])
-def test_binghams_constant_is_watsons_where_it_is_round(k: float) -> None:
+def test_bingham_constant_matches_watson_for_symmetric_case(k: float) -> None:
     # A round cluster, and a round girdle: 4 pi 1F1(1/2; 3/2; .) (Mardia & Jupp 2000, 9.4.2).
     cluster = bingham_nodes(k, k).log_constant
     assert cluster == pytest.approx(math.log(4 * math.pi * hyp1f1(0.5, 1.5, -k)) + k, abs=1e-6)
@@ -43,7 +43,7 @@ def test_binghams_constant_is_watsons_where_it_is_round(k: float) -> None:
     assert girdle == pytest.approx(math.log(4 * math.pi * hyp1f1(0.5, 1.5, k)), abs=1e-6)
 
 
-def test_binghams_constant_and_moments_are_those_of_plain_integration() -> None:
+def test_bingham_constant_and_moments_match_numerical_integration() -> None:
     k1, k2 = -7.0, -2.0
 
     def density(turn: float, x: float) -> float:
@@ -68,7 +68,7 @@ def test_binghams_constant_and_moments_are_those_of_plain_integration() -> None:
         (1 - 1e-6, 6e-7, 4e-7),
     ],
 )
-def test_binghams_fit_has_the_moments_of_the_data(eigenvalues: tuple[float, ...]) -> None:
+def test_bingham_fit_reproduces_moments_of_data(eigenvalues: tuple[float, ...]) -> None:
     model = estimate_bingham(eigenvalues)
     assert model is not None
     assert model.k1 <= model.k2 <= 0
@@ -77,7 +77,7 @@ def test_binghams_fit_has_the_moments_of_the_data(eigenvalues: tuple[float, ...]
     np.testing.assert_allclose(found, np.array(eigenvalues) / total, atol=1e-4 * eigenvalues[2])
 
 
-def test_concentrated_binghams_are_normal_in_two_directions() -> None:
+def test_concentrated_bingham_approaches_bivariate_normal() -> None:
     # In a narrow cluster the coordinates across are normal with the variances -1 / (2 k).
     model = estimate_bingham((1 - 3e-6, 2e-6, 1e-6))
     assert model is not None
@@ -86,7 +86,7 @@ def test_concentrated_binghams_are_normal_in_two_directions() -> None:
 
 
 @pytest.mark.parametrize(("kappa", "beta"), [(8.0, 1.0), (42.16, 9.27), (100.0, 49.0), (1e4, 1e3)])
-def test_kents_constant_is_his_series(kappa: float, beta: float) -> None:
+def test_kent_constant_matches_series(kappa: float, beta: float) -> None:
     # Kent (1982), equation 2.3.
     j = np.arange(300)
     terms = gammaln(j + 0.5) - gammaln(j + 1) + 2 * j * math.log(beta)
@@ -98,7 +98,7 @@ def test_kents_constant_is_his_series(kappa: float, beta: float) -> None:
 
 
 @pytest.mark.parametrize(("kappa", "beta"), [(42.0, 9.3), (20.0, 2.0), (80.0, 35.0)])
-def test_kents_fit_is_that_of_his_series(kappa: float, beta: float) -> None:
+def test_kent_fit_matches_series(kappa: float, beta: float) -> None:
     # By maximum likelihood the mean resultant and the difference of the mean squares are the
     # derivatives of the logarithm of the constant: here of Kent's (1982) series, by differences.
     def series(k: float, b: float) -> float:
@@ -145,7 +145,7 @@ BINGHAM_TABLE = (
 
 
 @pytest.mark.parametrize(("s3", "s2", "k1", "k2"), BINGHAM_TABLE)
-def test_binghams_concentrations_are_those_of_the_published_table(
+def test_bingham_concentrations_match_published_table(
     s3: float, s2: float, k1: float, k2: float
 ) -> None:
     found = estimate_bingham((1.0 - s2 - s3, s2, s3))
@@ -164,7 +164,7 @@ KENT_EXAMPLE = (
 gives the mean 359.2/55.0 and the 95 % ellipse 9.3 degrees toward 147.7/30.8 by 7.8 degrees."""
 
 
-def test_kents_ellipse_of_a_published_example(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kent_ellipse_matches_published_example(monkeypatch: pytest.MonkeyPatch) -> None:
     # The cluster is as good as round, for which Kent's ellipse is not told otherwise.
     monkeypatch.setattr(distributions, "ELONGATION_SIGNIFICANCE", 1.0)
     v = lines_to_vectors(*np.array(KENT_EXAMPLE.split(), float).reshape(-1, 2).T)
@@ -200,7 +200,7 @@ def test_round_clusters_are_called_elongated_one_time_in_twenty() -> None:
     assert 4 <= elongated <= 27
 
 
-def test_big_elks_bingham_is_a_girdle_that_fits() -> None:
+def test_bingham_fit_of_girdle_is_accepted() -> None:
     rng = np.random.default_rng(3)
     found = set_statistics(bingham_sample(rng, 400, -30.0, -1.0)).bingham
     assert found is not None
@@ -210,7 +210,7 @@ def test_big_elks_bingham_is_a_girdle_that_fits() -> None:
     assert found.fit_p > 0.001
 
 
-def test_a_fold_of_two_limbs_is_no_bingham() -> None:
+def test_bingham_fit_of_two_limbs_is_rejected() -> None:
     rng = np.random.default_rng(4)
     limbs = np.vstack([fisher_sample(rng, 60, 80, planes_to_poles(d, 50)) for d in (90, 270)])
     found = set_statistics(limbs).bingham
@@ -219,7 +219,7 @@ def test_a_fold_of_two_limbs_is_no_bingham() -> None:
     assert found.fit_p < 1e-4
 
 
-def test_an_elongated_cluster_is_kents_and_no_fishers() -> None:
+def test_elongated_cluster_fits_kent_but_not_fisher() -> None:
     rng = np.random.default_rng(5)
     flat = rng.normal(size=(200, 2)) * np.radians([12.0, 4.0])
     v = np.column_stack([flat, -np.ones(200)])
@@ -238,7 +238,7 @@ def test_an_elongated_cluster_is_kents_and_no_fishers() -> None:
     assert kent.min_confidence95_deg == pytest.approx(4 * scale, rel=0.15)
 
 
-def test_a_round_cluster_has_no_kent_and_says_why() -> None:
+def test_round_cluster_has_no_kent_fit_with_reason() -> None:
     found = set_statistics(fisher_sample(np.random.default_rng(6), 60, 40))
     assert found.kent is None
     assert found.kent_reason is not None
@@ -246,7 +246,7 @@ def test_a_round_cluster_has_no_kent_and_says_why() -> None:
     assert found.kent_reason.values["p"] > 0.05
 
 
-def test_uniformity_by_the_closed_forms() -> None:
+def test_uniformity_test_matches_closed_forms() -> None:
     # Six directions along the axes: nothing is preferred, both statistics are 0.
     cross = np.vstack([np.eye(3), -np.eye(3)])
     assert assess_uniformity(cross, True).statistic == pytest.approx(0)
@@ -259,7 +259,7 @@ def test_uniformity_by_the_closed_forms() -> None:
 
 
 @pytest.mark.parametrize("n", [5, 10, 50])
-def test_uniformity_is_refused_as_often_as_it_says(n: int) -> None:
+def test_uniformity_is_rejected_at_nominal_rate(n: int) -> None:
     rng = np.random.default_rng(7)
     v = rng.normal(size=(2000, n, 3))
     v /= np.linalg.norm(v, axis=-1, keepdims=True)
@@ -286,9 +286,7 @@ def _holds(found: SetStatistics, truth: np.ndarray) -> tuple[bool, bool]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("n", "k1", "k2"), [(20, -20, -3), (50, -20, -3), (100, -5, -1)])
-def test_the_regions_of_axes_hold_the_truth_as_often_as_they_say(
-    n: int, k1: float, k2: float
-) -> None:
+def test_axis_regions_contain_truth_at_stated_rate(n: int, k1: float, k2: float) -> None:
     rng = np.random.default_rng(8)
     found = [set_statistics(bingham_sample(rng, n, k1, k2)) for _ in range(600)]
     told = [each for each in found if each.tensor.confidence95[2] is not None]
@@ -300,7 +298,7 @@ def test_the_regions_of_axes_hold_the_truth_as_often_as_they_say(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("n", "kappa"), [(20, 10), (50, 30), (100, 300)])
-def test_a_true_model_is_refused_as_often_as_it_says(n: int, kappa: float) -> None:
+def test_true_model_is_rejected_at_nominal_rate(n: int, kappa: float) -> None:
     rng = np.random.default_rng(9)
     fishers, kents = [], []
     for _ in range(600):
@@ -312,7 +310,7 @@ def test_a_true_model_is_refused_as_often_as_it_says(n: int, kappa: float) -> No
     assert 0.02 < np.mean(kents) < 0.08
 
 
-def test_a_known_plane_counts_more_than_a_doubtful_one() -> None:
+def test_precise_plane_has_more_weight_than_uncertain_one() -> None:
     # Two exact readings about 040/30 and two poor ones 20 degrees off: the mean stays near.
     v = planes_to_poles([40, 41, 60, 62], [30, 31, 30, 31])
     errors = OrientationErrors(np.array([0.5, 0.5, 40.0, 40.0]), "total95_deg")
@@ -327,7 +325,7 @@ def test_a_known_plane_counts_more_than_a_doubtful_one() -> None:
     assert found.weights.without_error == 0
 
 
-def test_natural_scatter_keeps_the_best_plane_from_deciding_alone() -> None:
+def test_natural_scatter_limits_weight_of_most_precise_plane() -> None:
     # Errors of 0.1 and 3 degrees, but the planes differ by 10 by nature: all count nearly alike.
     rng = np.random.default_rng(10)
     v = fisher_sample(rng, 200, 1 / math.radians(10) ** 2)
@@ -338,7 +336,7 @@ def test_natural_scatter_keeps_the_best_plane_from_deciding_alone() -> None:
     assert found.effective_n > 199
 
 
-def test_turning_the_world_turns_the_figures() -> None:
+def test_rotating_data_rotates_the_statistics() -> None:
     rng = np.random.default_rng(11)
     azimuth, dip = rng.normal(120, 15, 40), rng.normal(40, 5, 40)
     a = set_statistics(planes_to_poles(azimuth, dip))
@@ -371,7 +369,7 @@ def test_turning_the_world_turns_the_figures() -> None:
     ids=["one", "two parallel", "all parallel", "in one plane", "vertical", "three", "nearly"],
 )
 @pytest.mark.parametrize("directed", [True, False])
-def test_what_is_not_defined_is_null_with_a_reason(v: np.ndarray, directed: bool) -> None:
+def test_undefined_values_are_null_with_a_reason(v: np.ndarray, directed: bool) -> None:
     found = set_statistics(v, "lines" if directed else "poles", directed)
     json.dumps(found.to_dict(), allow_nan=False)
     assert (found.bingham is None) == (found.bingham_reason is not None)
@@ -393,7 +391,7 @@ def test_weights_without_errors_are_refused() -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("n", first_in_default_tier([5, 7], 1))
-def test_the_axis_of_a_girdle_of_few_is_held_as_often_as_it_says(n: int) -> None:
+def test_girdle_axis_region_of_few_poles_contains_truth_at_stated_rate(n: int) -> None:
     rng = np.random.default_rng(n)
     held = told = 0
     for _ in range(300):
@@ -411,7 +409,7 @@ def test_the_axis_of_a_girdle_of_few_is_held_as_often_as_it_says(n: int) -> None
 
 @pytest.mark.full
 @pytest.mark.parametrize("n", first_in_default_tier([6, 10, 30, 100], 1))
-def test_axes_that_may_be_any_of_a_plane_have_no_region(n: int) -> None:
+def test_axes_undetermined_within_a_plane_have_no_region(n: int) -> None:
     """Round clusters and even girdles: no more are told than chance lets differ (5 %)."""
     rng = np.random.default_rng(n)
     of_cluster = of_girdle = 0
@@ -432,7 +430,7 @@ def test_axes_that_may_be_any_of_a_plane_have_no_region(n: int) -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("n", [30, 100])
-def test_axes_of_a_long_cluster_are_told_and_held(n: int) -> None:
+def test_axis_regions_of_elongated_cluster_contain_truth(n: int) -> None:
     rng = np.random.default_rng(n)
     held = told = 0
     for _ in range(200):
@@ -447,7 +445,7 @@ def test_axes_of_a_long_cluster_are_told_and_held(n: int) -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("n", [5, 10])
-def test_means_weighted_by_error_are_held_as_often_as_they_say(n: int) -> None:
+def test_regions_of_error_weighted_means_contain_truth_at_stated_rate(n: int) -> None:
     """Errors of 0.5 to 10 degrees: neither all held, as if few counted, nor too seldom."""
     rng = np.random.default_rng(n)
     truth = np.array([0.6, 0.0, -0.8])

@@ -31,7 +31,7 @@ def sampled(rng: np.random.Generator, n: int, noise: float, size: tuple[float, f
     return PLACE + s * u + t * v + noise * rng.standard_normal((n, 1)) * normal_of(*ATTITUDE)
 
 
-def test_the_variance_is_that_of_a_regression() -> None:
+def test_position_variance_matches_regression() -> None:
     # Least squares of z on x, y for a level plane, whose covariance is the textbook's s^2 (X'X)^-1.
     rng = np.random.default_rng(1)
     n = 40
@@ -50,7 +50,7 @@ def test_the_variance_is_that_of_a_regression() -> None:
 
 
 @pytest.mark.parametrize("far", first_in_default_tier([0.0, 3.0, 30.0], 1))
-def test_the_band_holds_the_true_plane_in_95_percent(far: float) -> None:
+def test_band_contains_true_plane_in_95_percent(far: float) -> None:
     rng = np.random.default_rng(2)
     u, v = axes_of(*ATTITUDE)
     place = PLACE + far * (0.6 * u + 0.8 * v)
@@ -65,7 +65,7 @@ def test_the_band_holds_the_true_plane_in_95_percent(far: float) -> None:
     assert abs(held / runs - 0.95) < 4 * math.sqrt(0.95 * 0.05 / runs)
 
 
-def test_a_stated_error_opens_the_band_by_its_tangent() -> None:
+def test_stated_attitude_error_widens_band_by_its_tangent() -> None:
     plane = Plane(*ATTITUDE)
     belief = plane_estimate_from_attitude(plane, PLACE, 2.0)
     u, _ = axes_of(*ATTITUDE)
@@ -83,7 +83,7 @@ def test_a_stated_error_opens_the_band_by_its_tangent() -> None:
     ] == pytest.approx(0.3)
 
 
-def test_repeats_stand_at_the_thickness_and_their_error_grows_with_their_number() -> None:
+def test_repeats_are_spaced_by_thickness_with_growing_error() -> None:
     belief = plane_estimate_from_attitude(Plane(*ATTITUDE), PLACE, 0.0, 0.0)
     normal = normal_of(*ATTITUDE)
     points = PLACE + np.array([-3.2, -1.1, 0.05, 2.01, 7.9])[:, None] * normal
@@ -96,7 +96,7 @@ def test_repeats_stand_at_the_thickness_and_their_error_grows_with_their_number(
     assert found.is_in_band.tolist() == [False, False, False, True, True]
 
 
-def test_turning_the_world_turns_the_band_with_it() -> None:
+def test_rotating_points_rotates_the_band() -> None:
     rng = np.random.default_rng(3)
     points = sampled(rng, 25, 0.02, (4.0, 1.0)) - PLACE
     far = rng.uniform(-20, 20, (30, 3))

@@ -40,7 +40,9 @@ def some_facets(n: int = 25) -> list[FacetFace]:
 
 
 @pytest.mark.parametrize(("lateral", "limits"), [(20.0, "curved"), (35.0, "straight")])
-def test_a_facet_is_the_single_slope_of_its_attitude(planes, lateral: float, limits: str) -> None:
+def test_facet_result_matches_single_slope_of_its_attitude(
+    planes, lateral: float, limits: str
+) -> None:
     table, *_ = planes
     facets = [
         *some_facets(),
@@ -56,7 +58,7 @@ def test_a_facet_is_the_single_slope_of_its_attitude(planes, lateral: float, lim
             assert (one.critical, one.of, one.share) == (other.critical, other.of, other.share)
 
 
-def test_nothing_slides_out_of_a_face_on_the_face_itself(tmp_path) -> None:
+def test_facet_is_not_tested_against_itself(tmp_path) -> None:
     """Of planes that are the facets themselves, each is held against all others: as the single
     slope of its attitude over the table without its row."""
     generator = np.random.default_rng(11)
@@ -85,7 +87,7 @@ def test_nothing_slides_out_of_a_face_on_the_face_itself(tmp_path) -> None:
             assert (one.critical, one.of, one.share) == (other.critical, other.of, other.share)
 
 
-def test_a_facet_is_counted_as_mplstereonet_does(planes, mplstereonet: Any) -> None:
+def test_facet_counts_match_mplstereonet(planes, mplstereonet: Any) -> None:
     from mplstereonet import kinematic_analysis
 
     table, azimuth, dip = planes
@@ -108,7 +110,7 @@ def test_a_facet_is_counted_as_mplstereonet_does(planes, mplstereonet: Any) -> N
     assert (each.wedge.critical, each.wedge.of) == (critical.sum(), len(first))
 
 
-def test_turning_the_world_changes_no_share(planes, tmp_path) -> None:
+def test_rotation_changes_no_share(planes, tmp_path) -> None:
     table, azimuth, dip = planes
     path = tmp_path / "turned.csv"
     rows = [f"{(a + 30) % 360:.3f},{d:.3f}" for a, d in zip(azimuth, dip, strict=True)]
@@ -124,7 +126,7 @@ def test_turning_the_world_changes_no_share(planes, tmp_path) -> None:
         assert one.shares(mode) == pytest.approx(other.shares(mode), abs=1e-9)
 
 
-def test_an_overhang_is_a_vertical_face_that_looks_the_other_way(planes) -> None:
+def test_overhang_is_treated_as_vertical_face_with_opposite_direction(planes) -> None:
     table, *_ = planes
     over = FacetFace("a", Plane(40.0, 80.0), overhangs=True)
     upright = FacetFace("b", Plane(220.0, 90.0), overhangs=False)
@@ -135,7 +137,7 @@ def test_an_overhang_is_a_vertical_face_that_looks_the_other_way(planes) -> None
     assert by_code(found.warnings)["slope.overhanging-facets"] == {"count": 1}
 
 
-def test_what_is_no_slope_is_skipped_and_said(planes) -> None:
+def test_horizontal_facets_are_skipped_and_reported(planes) -> None:
     table, *_ = planes
     flat, steep = FacetFace("flat", Plane(0.0, 0.0)), FacetFace("steep", Plane(10.0, 88.0))
     found = facet_slopes(table, [flat, steep], SlopeOptions(30.0, 20.0, "curved"))

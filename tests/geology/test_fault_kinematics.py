@@ -77,7 +77,7 @@ def axis(vector: np.ndarray) -> Line:
     return Line.from_vector(vector)
 
 
-def test_movements_are_those_of_single_slips() -> None:
+def test_movements_match_single_slips() -> None:
     planes = [Plane(30, 40), Plane(200, 90), Plane(20, 90), Plane(350, 5)]
     rakes = [-90.0, 30.0, 30.0, 170.0]
     normals, slips = fault_movements(
@@ -114,7 +114,7 @@ def test_a_sinistral_fault_shortens_at_45_degrees_to_its_strike() -> None:
         ((100, 50, 30, 23), "normal", (342.45, 46.65), (241.33, 10.32)),
     ],
 )
-def test_p_and_t_axes_are_those_that_structr_prints(fault, sense, p, t) -> None:
+def test_p_and_t_axes_match_structr(fault, sense, p, t) -> None:
     """Of its article on faults. Its striae are up to 2 degrees off the planes; it turns the plane
     half way, we turn the line."""
     plane = Plane(*fault[:2])
@@ -124,7 +124,7 @@ def test_p_and_t_axes_are_those_that_structr_prints(fault, sense, p, t) -> None:
     assert angle_between_lines(axis(t_axes(normals, slips)[0]), Line(*t)) < 1.5
 
 
-def test_p_and_t_axes_of_angelier_s_faults_are_those_of_apsg() -> None:
+def test_p_and_t_axes_of_angelier_faults_match_apsg() -> None:
     """Of the first four, by apsg 1.4.0."""
     normals, slips = agia_varvara()
     p = [
@@ -144,7 +144,7 @@ def test_p_and_t_axes_of_angelier_s_faults_are_those_of_apsg() -> None:
         assert angle_between_lines(axis(t_axes(normals, slips)[i]), Line(*t[i])) < 1e-4
 
 
-def test_one_stress_can_have_moved_all_of_angelier_s_faults() -> None:
+def test_angelier_faults_are_compatible_with_one_stress() -> None:
     """A dip-slip set of normal faults that strike north-east: compression upright, extension to the
     north-west, as published; the dihedra of all 33 overlap."""
     dihedra = right_dihedra(*agia_varvara())
@@ -173,7 +173,7 @@ def test_conjugate_faults_share_their_axes() -> None:
     assert found.values.sum() == pytest.approx(0.0, abs=1e-12)
 
 
-def test_turning_the_world_turns_the_axes() -> None:
+def test_rotating_faults_rotates_the_axes() -> None:
     generator = np.random.default_rng(2)
     azimuth, dip = generator.uniform(0, 330, 12), generator.uniform(20, 80, 12)
     rake = generator.uniform(-180, 180, 12)
@@ -187,11 +187,11 @@ def test_turning_the_world_turns_the_axes() -> None:
     assert one.confidence95_deg == pytest.approx(other.confidence95_deg)
 
 
-def test_few_faults_have_no_cone() -> None:
+def test_single_fault_has_no_confidence_cone() -> None:
     assert kinematic_axes(*fault_movements([90], [45], [-90])).confidence95_deg is None
 
 
-def test_the_dihedra_of_one_fault_halve_the_net() -> None:
+def test_dihedra_of_one_fault_cover_half_of_the_net() -> None:
     dihedra = right_dihedra(*fault_movements([130], [50], [-60]))
     assert dihedra.share.mean() == pytest.approx(0.5, abs=0.01)
     normals, slips = fault_movements([130], [50], [-60])
@@ -200,7 +200,7 @@ def test_the_dihedra_of_one_fault_halve_the_net() -> None:
     assert dihedra.share[nearest] == 1.0
 
 
-def test_the_strike_that_faults_share_is_not_where_all_of_them_extend() -> None:
+def test_common_strike_of_faults_is_not_an_extension_maximum() -> None:
     """Normal and reverse faults that strike north: along the strike none shortens or extends."""
     normals, slips = fault_movements([90, 90, 270, 270], [60, 60, 60, 60], [-90, 90, -90, 90])
     along = compressed_share(np.array([[0.0, 1.0, 0.0]]), normals, slips)

@@ -29,7 +29,7 @@ def fold_of(rng: folded.Rng, dips: np.ndarray, noise: float = 2.0) -> FoldAxis:
 
 @pytest.mark.parametrize("hinge", first_in_default_tier([4, 8, 15], 3))
 @pytest.mark.parametrize("half", first_in_default_tier([70.0, 75.0, 80.0, 84.0, 88.0], 3))
-def test_a_tight_fold_with_its_hinge_has_no_wrong_angle(half: float, hinge: int) -> None:
+def test_tight_fold_with_hinge_has_no_wrong_interlimb_angle(half: float, hinge: int) -> None:
     """The poles of both limbs fall together, as those of one limb at right angles to the hinge."""
     rng = np.random.default_rng(int(half) + hinge)
     for _ in range(4):
@@ -42,7 +42,7 @@ def test_a_tight_fold_with_its_hinge_has_no_wrong_angle(half: float, hinge: int)
 
 
 @pytest.mark.parametrize("half", [30.0, 45.0, 60.0])
-def test_two_limbs_keep_their_angle(half: float) -> None:
+def test_interlimb_angle_of_two_limbs_is_recovered(half: float) -> None:
     """About an axis that is flat, upright or tilted a little: the angle on the side of the hinge is
     that of the upward normals."""
     rng = np.random.default_rng(int(half))
@@ -59,7 +59,7 @@ def test_two_limbs_keep_their_angle(half: float) -> None:
     assert told >= 11
 
 
-def test_an_arc_beside_a_limb_is_no_second_limb() -> None:
+def test_arc_next_to_a_limb_is_not_a_second_limb() -> None:
     rng = np.random.default_rng(7)
     for _ in range(5):
         found = fold_of(rng, np.concatenate([np.full(30, -50.0), rng.uniform(-50, 60, 10)]))
@@ -68,7 +68,7 @@ def test_an_arc_beside_a_limb_is_no_second_limb() -> None:
 
 @pytest.mark.parametrize("n", [9, 19, 39])
 @pytest.mark.parametrize("apart", [40.0, 60.0, 120.0])
-def test_a_limb_of_one_plane_proves_no_shape_and_is_named(n: int, apart: float) -> None:
+def test_limb_of_one_plane_is_reported_and_verdict_undetermined(n: int, apart: float) -> None:
     rng = np.random.default_rng(n)
     for _ in range(5):
         poles = folded.one_and_the_other(rng, n, apart, 1.5)
@@ -80,7 +80,7 @@ def test_a_limb_of_one_plane_proves_no_shape_and_is_named(n: int, apart: float) 
 
 
 @pytest.mark.full
-def test_sound_folds_rest_on_many_planes() -> None:
+def test_well_sampled_folds_do_not_depend_on_one_plane() -> None:
     rng = np.random.default_rng(4)
     said = 0
     for _ in range(40):
@@ -98,7 +98,9 @@ def upright(rng: folded.Rng, dips: np.ndarray, noise_deg: float) -> np.ndarray:
 
 @pytest.mark.parametrize("n", first_in_default_tier([9, 19]))
 @pytest.mark.parametrize("apart", first_in_default_tier([40.0, 60.0]))
-def test_a_plane_beside_a_widely_spread_limb_does_not_decide(n: int, apart: float) -> None:
+def test_single_plane_next_to_widely_spread_limb_does_not_decide_verdict(
+    n: int, apart: float
+) -> None:
     """What is called cylindrical with the plane of the other limb is so without it."""
     rng = np.random.default_rng(int(n + apart))
     for _ in range(12):
@@ -119,7 +121,7 @@ def test_a_plane_beside_a_widely_spread_limb_does_not_decide(n: int, apart: floa
     ("n", "inter"),
     first_in_default_tier([((20, 20), 90), ((40, 8), 90), ((20, 5), 120), ((3, 3), 50)], 1),
 )
-def test_limbs_state_errors_that_hold(n: tuple[int, int], inter: float) -> None:
+def test_stated_errors_of_limbs_are_reliable(n: tuple[int, int], inter: float) -> None:
     rng = np.random.default_rng(sum(n))
     half, told, held, axial = 90.0 - inter / 2.0, 0, 0, 0
     for _ in range(60):
@@ -136,7 +138,7 @@ def test_limbs_state_errors_that_hold(n: tuple[int, int], inter: float) -> None:
     assert axial >= 0.9 * told
 
 
-def test_a_limb_whose_beds_are_overturned_closes_the_fold() -> None:
+def test_overturned_limb_reduces_interlimb_angle() -> None:
     """Beds that dip by 30 to the west, and overturned ones by 70: what is upward of them points 140
     degrees apart, not 40."""
     normals = upright(np.random.default_rng(3), np.repeat([-30.0, -70.0], 15), 1.0)
@@ -158,7 +160,7 @@ def test_a_limb_whose_beds_are_overturned_closes_the_fold() -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("few", first_in_default_tier([2, 3, 4], 1))
-def test_few_planes_that_stray_more_than_the_other_limb_are_held(few: int) -> None:
+def test_error_is_reliable_for_small_limb_with_larger_scatter(few: int) -> None:
     """Two limbs 70 degrees apart, one of ten planes that stray by 3 degrees, one of a few that
     stray by 9: so few do not show that they do."""
     rng = np.random.default_rng([16, few])
@@ -201,7 +203,7 @@ def test_few_beds_of_a_cone_are_not_called_valid(n: int) -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("along", [0.0, 0.2, 0.6, 1.0])
-def test_two_dips_that_stray_along_one_direction_only_are_two_dip_domains(along: float) -> None:
+def test_dip_domains_scattered_in_one_direction_are_undetermined(along: float) -> None:
     """Two groups of poles always lie on a great circle, in whatever direction they stray."""
     rng = np.random.default_rng(7)
     for _ in range(20):
@@ -219,7 +221,7 @@ def bent_beds(n: int, scatter_deg: float) -> tuple[np.ndarray, np.ndarray]:
     return planes(folded.bent(np.random.default_rng(39), n, 140, scatter_deg))
 
 
-def test_few_beds_give_a_condition_with_a_code_and_the_number_wanted() -> None:
+def test_few_beds_give_conditional_verdict_with_required_number() -> None:
     few, enough = fold_axis(*bent_beds(7, 0.5)), fold_axis(*bent_beds(8, 0.5))
     assert (few.verdict, few.valid) == ("cylindrical", "conditional")
     assert by_code(few.reasons)["fold.too-few-planes"] == {"n": 7, "wanted": 8}
@@ -229,7 +231,7 @@ def test_few_beds_give_a_condition_with_a_code_and_the_number_wanted() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("n", [8, 12, 20])
-def test_regions_of_valid_axes_hold(n: int) -> None:
+def test_regions_of_valid_axes_are_reliable(n: int) -> None:
     """Of beds that scatter by 1 to 8 degrees, as `bench_folds` prints for the documentation."""
     count = simulate(n, ANY, 1000, 40)
     slack = 3.0 * math.sqrt(0.93 * 0.07 / count.yes)

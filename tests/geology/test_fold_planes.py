@@ -78,7 +78,7 @@ def test_a_table_states_how_many_planes_are_not_good_and_can_leave_them_out(
     assert (beta.trend_deg, beta.plunge_deg) == pytest.approx((90.0, 20.0))
 
 
-def test_python_has_the_same_choice(tmp_path: Path) -> None:
+def test_python_function_has_same_filter(tmp_path: Path) -> None:
     with pytest.warns(vs.errors.VomWarning):
         assert vs.fold(table(tmp_path)).not_good == 3
     assert vs.fold(table(tmp_path), quality="good").used == 8

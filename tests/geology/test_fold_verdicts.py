@@ -121,7 +121,7 @@ def counted(runs: int) -> dict[str, Counter[str]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
-def test_verdicts_are_right_as_often_as_the_documentation_says(name: str) -> None:
+def test_verdicts_are_correct_at_documented_rate(name: str) -> None:
     make, wanted = CASES[name]
     rng = np.random.default_rng(21)
     runs = 1000
@@ -129,7 +129,7 @@ def test_verdicts_are_right_as_often_as_the_documentation_says(name: str) -> Non
     assert right >= 0.93 * runs
 
 
-def test_turning_the_world_changes_no_verdict() -> None:
+def test_rotation_changes_no_verdict() -> None:
     rng = np.random.default_rng(22)
     for make in (lambda: folded.bent(rng, 40, 120, 3), lambda: folded.bent(rng, 40, 120, 3, 65)):
         azimuth, dip = planes(make())
@@ -145,7 +145,7 @@ def test_turning_the_world_changes_no_verdict() -> None:
     ("half_angle_deg", "arc_deg"),
     first_in_default_tier([(80, 200), (80, 270), (70, 360), (50, 330)]),
 )
-def test_exact_cones_around_their_axis_are_found(half_angle_deg: float, arc_deg: float) -> None:
+def test_exact_cones_are_found_for_any_pole_sign(half_angle_deg: float, arc_deg: float) -> None:
     """Either end of each pole may be given, and the arc may begin anywhere."""
     conical = 0
     for seed in range(36):
@@ -161,7 +161,7 @@ def test_exact_cones_around_their_axis_are_found(half_angle_deg: float, arc_deg:
 
 
 @pytest.mark.full
-def test_a_scatter_about_a_great_circle_is_no_cone_beside_it() -> None:
+def test_scatter_about_great_circle_is_not_a_cone() -> None:
     """Poles that may choose their ends fit a small circle at 0.8 times their scatter."""
     rng = np.random.default_rng(39)
     cones = 0
@@ -171,7 +171,7 @@ def test_a_scatter_about_a_great_circle_is_no_cone_beside_it() -> None:
     assert cones <= 0.03 * 200
 
 
-def test_the_cone_that_was_made_is_found() -> None:
+def test_generated_cone_is_recovered() -> None:
     rng = np.random.default_rng(23)
     t = np.radians(np.linspace(-70, 70, 30))
     poles = np.stack(
@@ -192,7 +192,7 @@ def test_the_cone_that_was_made_is_found() -> None:
     assert abs(rough.half_angle_deg - 65) < 2 * rough.half_width95_deg
 
 
-def test_strays_are_named_and_the_verdict_is_that_of_the_others() -> None:
+def test_outliers_are_reported_and_excluded_from_verdict() -> None:
     """Three cross joints among beds: without them the fold is cylindrical, and they are told."""
     rng = np.random.default_rng(26)
     beds = folded.bent(rng, 40, 120, 1)
@@ -210,7 +210,7 @@ def test_strays_are_named_and_the_verdict_is_that_of_the_others() -> None:
     assert angle_between_lines(found.beta, alone.beta) > 0.1
 
 
-def test_a_second_set_of_planes_is_no_stray() -> None:
+def test_second_set_of_planes_is_not_treated_as_outliers() -> None:
     """A quarter of joints is more than a few: nothing is left out."""
     rng = np.random.default_rng(27)
     beds = folded.bent(rng, 30, 120, 1)
@@ -220,7 +220,7 @@ def test_a_second_set_of_planes_is_no_stray() -> None:
     assert found.valid == "no"
 
 
-def test_the_plane_that_turns_beta_most_is_the_one_put_wrong() -> None:
+def test_most_influential_plane_is_the_misplaced_one() -> None:
     rng = np.random.default_rng(24)
     poles = folded.bent(rng, 20, 100, 1)
     right = fold_axis(*planes(poles)).beta
@@ -232,7 +232,7 @@ def test_the_plane_that_turns_beta_most_is_the_one_put_wrong() -> None:
     assert found.leave_one_out.turn_deg == pytest.approx(angle_between_lines(found.beta, right))
 
 
-def test_limbs_of_an_upright_fold_have_a_vertical_axial_plane() -> None:
+def test_limbs_have_interlimb_angle_and_bisecting_axial_plane() -> None:
     # Dips of 40 to the east and 50 to the west: the limbs open by 90 degrees, and the plane that
     # halves them leans by 5 degrees.
     found = fold_axis(
@@ -249,7 +249,7 @@ def test_limbs_of_an_upright_fold_have_a_vertical_axial_plane() -> None:
     }
 
 
-def test_an_even_arc_has_no_two_limbs() -> None:
+def test_uniform_arc_has_no_limbs() -> None:
     assert fold_axis(*planes(folded.bent(np.random.default_rng(25), 40, 140, 2))).limbs is None
 
 
@@ -266,7 +266,7 @@ def test_three_sets_7_26_and_19_degrees_off_one_plane_have_two_axes() -> None:
 
 
 @pytest.mark.full
-def test_the_triple_product_is_called_wrong_as_often_as_it_says() -> None:
+def test_triple_product_is_rejected_at_nominal_rate() -> None:
     # Sets that share an axis, scattered by 8 degrees: 5 % are off by more than their errors.
     rng = np.random.default_rng(27)
     wrong = 0
@@ -276,7 +276,7 @@ def test_the_triple_product_is_called_wrong_as_often_as_it_says() -> None:
     assert wrong <= 0.08 * 400
 
 
-def test_where_two_sets_meet_is_told_with_its_error() -> None:
+def test_intersection_of_two_sets_is_reported_with_its_error() -> None:
     found = common_axis({"bed": ([90.0] * 3, [29.0, 30.0, 31.0]), "fault": ([270.0], [60.0])})
     assert found.pairs[0].sets == ("bed", "fault")
     assert found.pairs[0].angle_deg == pytest.approx(90, abs=0.1)
@@ -284,7 +284,7 @@ def test_where_two_sets_meet_is_told_with_its_error() -> None:
     assert (found.verdict, found.valid) == ("common axis", "conditional")
 
 
-def test_domains_with_axes_of_their_own_are_told_from_one_fold() -> None:
+def test_domains_with_different_axes_are_distinguished_from_one_fold() -> None:
     rng = np.random.default_rng(28)
     both = folded.two_folds(rng, 60, 100, 2, 30)
     beds = {"hanging wall": planes(both[:30]), "footwall": planes(both[30:])}
@@ -302,7 +302,7 @@ def test_domains_with_axes_of_their_own_are_told_from_one_fold() -> None:
     assert one.beds_off_deg is None
 
 
-def test_beds_of_one_dip_have_no_axis_to_compare() -> None:
+def test_homoclinal_domain_has_no_axis_to_compare() -> None:
     rng = np.random.default_rng(31)
     fold = folded.bent(rng, 30, 110, 2)
     axis = fold_axis(*planes(fold)).beta
@@ -317,7 +317,7 @@ def test_beds_of_one_dip_have_no_axis_to_compare() -> None:
     assert one.beds_off_deg < 2.0
 
 
-def test_known_waviness_decides_in_place_of_the_usual_limits() -> None:
+def test_stated_waviness_replaces_default_limits() -> None:
     azimuth, dip = planes(folded.bent(np.random.default_rng(29), 60, 140, 5))
     assert fold_axis(azimuth, dip, waviness_deg=5).valid == "yes"
     assert fold_axis(azimuth, dip, waviness_deg=1).verdict == "scattered"

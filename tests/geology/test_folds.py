@@ -65,7 +65,7 @@ def test_big_elk_has_its_published_axis(big_elk: tuple[np.ndarray, np.ndarray]) 
     assert nearer.rms_deg == pytest.approx(8.0, abs=0.05)
 
 
-def test_the_error_of_big_elks_axis_is_that_of_the_bootstrap(
+def test_error_of_big_elk_axis_matches_bootstrap(
     big_elk: tuple[np.ndarray, np.ndarray],
 ) -> None:
     dip_direction, dip = big_elk
@@ -105,7 +105,7 @@ def test_the_axis_of_an_exact_cylinder_is_found(
     json.dumps(to_dict(fold.figures), allow_nan=False)
 
 
-def test_two_planes_fold_about_their_intersection_with_an_unknown_error() -> None:
+def test_two_planes_give_their_intersection_without_error_estimate() -> None:
     a, b = Plane(100, 30), Plane(220, 55)
     fold = fold_axis([100, 220], [30, 55])
     assert angle_between_lines(fold.beta, intersection(a, b)) < 1e-9
@@ -114,7 +114,7 @@ def test_two_planes_fold_about_their_intersection_with_an_unknown_error() -> Non
     assert "fold.two-planes" in by_code(fold.reasons)
 
 
-def test_turning_the_world_turns_the_axis(big_elk: tuple[np.ndarray, np.ndarray]) -> None:
+def test_rotating_planes_rotates_the_axis(big_elk: tuple[np.ndarray, np.ndarray]) -> None:
     a = fold_axis(*big_elk)
     b = fold_axis(big_elk[0] + 100, big_elk[1])
     assert (b.beta.trend_deg - a.beta.trend_deg) % 360 == pytest.approx(100)
@@ -135,12 +135,12 @@ def test_the_direction_of_the_error_lies_in_the_pi_plane(
 
 
 @pytest.mark.parametrize(("dip_directions", "dips"), [([10], [20]), ([], []), ([10] * 5, [20] * 5)])
-def test_no_axis_without_two_planes_that_meet(dip_directions: list, dips: list) -> None:
+def test_planes_without_intersection_are_refused(dip_directions: list, dips: list) -> None:
     with pytest.raises(GeometryError):
         fold_axis(dip_directions, dips)
 
 
-def test_a_weak_axis_says_so() -> None:
+def test_weak_axis_is_reported() -> None:
     fold = fold_axis([90, 270, 80], [30, 30, 20])
     assert fold.max_confidence95_deg > 20  # type: ignore[operator]
     assert by_code(fold.reasons)["fold.axis-weak"] == {
@@ -183,7 +183,7 @@ def nominal(n: int) -> float:
 @pytest.mark.parametrize(
     ("n", "arc", "noise"), first_in_default_tier([(15, 90, 3), (40, 120, 8), (8, 180, 3)], 1)
 )
-def test_the_region_holds_the_true_axis_as_often_as_it_should(
+def test_confidence_region_contains_true_axis_at_nominal_rate(
     n: int, arc: float, noise: float
 ) -> None:
     runs = 600
@@ -193,7 +193,7 @@ def test_the_region_holds_the_true_axis_as_often_as_it_should(
     assert abs(share - nominal(n)) < 0.02 + slack
 
 
-def test_the_semi_axes_are_those_of_the_regression_widened() -> None:
+def test_semi_axes_match_widened_regression() -> None:
     """Beds at even angles all around: the two tilts of the pole of their great circle have the
     variance s^2 / (n / 2), with s^2 = sum of squares / (n - 2)."""
     n, sigma = 12, 1e-4
@@ -217,7 +217,7 @@ def test_the_semi_axes_are_those_of_the_regression_widened() -> None:
 @pytest.mark.parametrize(
     ("arc", "noise"), [(40, 1), (40, 3), (90, 3), (90, 10), (180, 5), (180, 15)]
 )
-def test_the_region_covers_over_the_whole_range(n: int, arc: float, noise: float) -> None:
+def test_confidence_region_is_reliable_over_full_range(n: int, arc: float, noise: float) -> None:
     runs = 2000
     share, size = coverage(n, arc, noise, runs, seed=n)
     slack = 3 * math.sqrt(0.95 * 0.05 / runs)
@@ -229,7 +229,7 @@ def test_the_region_covers_over_the_whole_range(n: int, arc: float, noise: float
 # Several sets
 
 
-def test_two_sets_share_the_intersection_of_their_means_whatever_their_numbers() -> None:
+def test_common_axis_of_two_sets_is_intersection_of_means_for_any_sizes() -> None:
     rng = np.random.default_rng(8)
     beds = (rng.normal(100, 3, 50), rng.normal(30, 2, 50))
     fault = (np.array([200.0, 204.0]), np.array([60.0, 63.0]))
@@ -244,7 +244,7 @@ def test_two_sets_share_the_intersection_of_their_means_whatever_their_numbers()
     assert axis.max_confidence95_deg is not None
 
 
-def test_three_sets_name_their_distance_from_one_plane() -> None:
+def test_three_sets_report_distances_from_a_common_plane() -> None:
     sets = {"hw": ([90.0], [40.0]), "fw": ([270.0], [30.0]), "fault": ([90.0], [70.0])}
     axis = common_axis(sets)
     assert angle_between_lines(axis.beta, Line(0, 0)) < 1e-6
@@ -262,7 +262,7 @@ def test_parallel_empty_and_single_sets_have_no_common_axis() -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("n", [12, 60])
-def test_the_common_axis_is_held_in_a_region_no_wider_than_its_scatter_calls_for(n: int) -> None:
+def test_common_axis_region_contains_truth_without_excess_width(n: int) -> None:
     rng = np.random.default_rng(9)
     a, b = Plane(100, 30), Plane(200, 60)
     truth = intersection(a, b).vector()
@@ -295,7 +295,7 @@ def test_the_common_axis_is_held_in_a_region_no_wider_than_its_scatter_calls_for
 
 
 @pytest.mark.parametrize("between", [90.0, 40.0])
-def test_the_error_of_a_common_axis_of_two_sets_has_a_closed_form(between: float) -> None:
+def test_error_of_common_axis_of_two_sets_matches_closed_form(between: float) -> None:
     """A mean that strays by e along beta turns beta about the other mean by e / sin(angle); the
     joint ellipse is that of both, with F(2, n - 1)."""
     from scipy.stats import f
@@ -322,7 +322,7 @@ def test_the_error_of_a_common_axis_of_two_sets_has_a_closed_form(between: float
     assert angle_between_lines(axis.confidence_axis, Line.from_vector(major)) < 1e-5
 
 
-def test_a_common_axis_names_its_sets_with_their_numbers_and_distances() -> None:
+def test_common_axis_lists_its_sets_with_sizes_and_distances() -> None:
     sets = {
         "bedding": ([100.0, 104.0, 98.0], [30.0, 33.0, 28.0]),
         "fault": ([200.0, 203.0], [60.0, 61.0]),
@@ -356,7 +356,7 @@ def _poles(dip_direction: list[float], dip: list[float]) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("n", "few"), [(3, True), (4, True), (10, False)])
-def test_few_planes_and_short_arcs_are_said(n: int, few: bool) -> None:
+def test_few_planes_and_short_arcs_are_reported(n: int, few: bool) -> None:
     rng = np.random.default_rng(3)
     for arc, short in ((29.0, True), (31.0, False)):
         fold = fold_axis(*cylinder(Line(125, 26), np.linspace(-arc / 2, arc / 2, n), 0.01, rng))

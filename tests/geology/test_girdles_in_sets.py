@@ -30,7 +30,7 @@ def told(poles):
 
 @pytest.mark.full
 @pytest.mark.parametrize("half_deg", [50, 70])
-def test_a_split_girdle_is_told(half_deg):
+def test_split_girdle_is_reported(half_deg):
     # By its construction the test misses some even spreads, and the cut between two sets seeks the
     # thinnest place, so more than its 5 %; most must be told.
     split = missed = 0
@@ -44,7 +44,7 @@ def test_a_split_girdle_is_told(half_deg):
 
 
 @pytest.mark.parametrize("k", first_in_default_tier([2, 3]))
-def test_true_sets_on_one_great_circle_are_no_girdle(k):
+def test_separate_sets_on_one_great_circle_are_not_reported_as_girdle(k):
     false = sum(
         told(sets_on_a_circle(np.random.default_rng(seed), k, 40, 6.0)) for seed in range(6)
     )

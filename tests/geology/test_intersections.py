@@ -36,7 +36,7 @@ def known(plane: Plane) -> UncertainPlane:
     return UncertainPlane(plane.normal(), None)
 
 
-def test_lines_of_intersection_are_those_of_mplstereonet(mplstereonet: Any):
+def test_intersection_lines_match_mplstereonet(mplstereonet: Any):
     for a, b in zip(random_planes(60, 1), random_planes(60, 2), strict=True):
         plunge, bearing = mplstereonet.plane_intersection(
             a.strike_rhr_deg, a.dip_deg, b.strike_rhr_deg, b.dip_deg
@@ -48,7 +48,7 @@ def test_lines_of_intersection_are_those_of_mplstereonet(mplstereonet: Any):
         assert ours.confidence_axis is None
 
 
-def test_rakes_of_intersections_are_those_of_mplstereonet(mplstereonet: Any):
+def test_intersection_rakes_match_mplstereonet(mplstereonet: Any):
     """Its rake runs from the other end of the strike where it is negative."""
     for plane, other in zip(random_planes(60, 3), random_planes(60, 4), strict=True):
         line = intersection_line(known(plane), known(other)).line
@@ -56,7 +56,7 @@ def test_rakes_of_intersections_are_those_of_mplstereonet(mplstereonet: Any):
         assert compute_rake(line, plane) == pytest.approx(float(theirs) % 180.0, abs=1e-5)
 
 
-def test_a_vertical_and_a_horizontal_plane_meet_in_the_strike_of_the_vertical_one():
+def test_vertical_and_horizontal_planes_intersect_along_strike_of_the_vertical_one():
     found = intersection_line(known(Plane(120.0, 90.0)), known(Plane(0.0, 0.0)))
     assert found.line.plunge_deg == pytest.approx(0.0, abs=1e-9)
     assert found.line.trend_deg % 180.0 == pytest.approx(30.0)
@@ -68,7 +68,7 @@ def test_parallel_planes_do_not_meet():
         intersection_line(known(Plane(40.0, 30.0)), known(Plane(40.0, 30.0)))
 
 
-def test_the_line_turns_with_its_planes():
+def test_intersection_line_rotates_with_its_planes():
     chance = np.random.default_rng(8)
     a = spread(chance, np.array([0.3, 0.1, 0.9]), 2.0, 0.5)
     b = spread(chance, np.array([-0.5, 0.6, 0.4]), 1.5, 1.0)
@@ -93,7 +93,7 @@ def spread(chance, normal, large_deg: float, small_deg: float) -> UncertainPlane
     return uncertain_plane(n, tilt / np.linalg.norm(tilt), large_deg, small_deg)
 
 
-def test_planes_at_right_angles_with_round_errors_give_the_error_of_each():
+def test_errors_of_perpendicular_planes_become_the_two_axes_of_the_line_error():
     a = uncertain_plane([0, 0, 1], [1, 0, 0], 3.0, 3.0)
     b = uncertain_plane([1, 0, 0], [0, 1, 0], 1.0, 1.0)
     found = intersection_line(a, b)
@@ -137,7 +137,7 @@ def held(line: Line, axis, largest: float, smallest: float, truth: np.ndarray) -
 
 
 @pytest.mark.parametrize("between", [90.0, 60.0, 30.0, 15.0])
-def test_the_ellipse_holds_the_true_line_in_95_of_100(between):
+def test_confidence_ellipse_contains_true_line_in_95_percent_of_runs(between):
     chance = np.random.default_rng(int(between))
     n1 = np.array([0.2, -0.4, 0.8])
     n1 /= np.linalg.norm(n1)
@@ -163,7 +163,7 @@ def test_the_ellipse_holds_the_true_line_in_95_of_100(between):
 
 
 @pytest.mark.parametrize("n", first_in_default_tier([2, 3, 4, 6, 10, 25]))
-def test_the_mean_plane_holds_the_true_normal_in_95_of_100(n):
+def test_mean_plane_region_contains_true_normal_in_95_percent_of_runs(n):
     chance = np.random.default_rng(100 + n)
     truth = np.array([0.3, 0.5, 0.8])
     truth /= np.linalg.norm(truth)
@@ -179,7 +179,7 @@ def test_the_mean_plane_holds_the_true_normal_in_95_of_100(n):
     assert 0.93 <= inside / runs <= 0.97
 
 
-def test_the_mean_of_one_plane_is_that_plane_and_of_none_is_refused():
+def test_mean_of_one_plane_is_that_plane_and_mean_of_none_raises():
     one = uncertain_plane([0, 0, 1], [1, 0, 0], 3.0, 1.0, 12.0)
     assert mean_plane([one]) is one
     with refused("sets.no-members", GeometryError):
@@ -187,7 +187,7 @@ def test_the_mean_of_one_plane_is_that_plane_and_of_none_is_refused():
 
 
 @pytest.mark.parametrize("free", [1.0, 3.0, 8.0, 40.0, math.inf])
-def test_the_interval_of_one_figure_is_students(free):
+def test_interval_of_single_deviation_uses_student_t(free):
     """Against scipy's own laws: the joint half-width is sqrt(2 F), the interval t."""
     from scipy import stats
 

@@ -29,7 +29,7 @@ def test_a_vertical_plane_has_ticks_on_both_sides_and_a_horizontal_one_a_cross()
     assert np.linalg.norm(one[1] - one[0]) == np.linalg.norm(other[1] - other[0])
 
 
-def test_an_overturned_bed_has_a_hook_up_the_dip_whose_ends_are_on_the_bar() -> None:
+def test_overturned_bed_has_hook_pointing_up_dip() -> None:
     for dip in (0.0, 35.0, 90.0):
         plain = strike_and_dip_symbol(AT, 110.0, dip, 2.0)
         *same, hook = strike_and_dip_symbol(AT, 110.0, dip, 2.0, True)
@@ -43,13 +43,13 @@ def test_an_overturned_bed_has_a_hook_up_the_dip_whose_ends_are_on_the_bar() -> 
         assert (steps[1:-1] @ down < 0).all()
 
 
-def test_an_arrow_points_along_the_trend_with_heads_at_both_ends_where_horizontal() -> None:
+def test_line_arrow_follows_trend_and_has_two_heads_if_horizontal() -> None:
     shaft, head = trend_arrow(AT, 120.0, 30.0, 2.0)
     assert shaft[1] - shaft[0] == pytest.approx(2.0 * Line(120.0, 0.0).vector())
     assert head[1] == pytest.approx(shaft[1])
     assert len(trend_arrow(AT, 120.0, 0.0, 2.0)) == 3
 
 
-def test_symbols_have_a_size_even_where_there_is_one_place() -> None:
+def test_symbol_size_is_positive_for_one_place_or_none() -> None:
     assert symbol_size([AT]) > 0
     assert symbol_size(np.zeros((0, 3))) > 0

@@ -27,7 +27,7 @@ def plane(
     return OrientedPlane(name, kind, pole, there, extent, error)
 
 
-def test_a_name_that_stands_once_on_both_sides_matches() -> None:
+def test_name_unique_on_both_sides_matches() -> None:
     found = compare_orientations(
         [plane("B1", 90, 30), plane("twice", 10, 10, None), plane("twice", 20, 10, None)],
         [plane(" b1", 90, 50, (500.0, 0.0, 0.0)), plane("twice", 10, 10, None)],
@@ -42,7 +42,7 @@ def test_a_name_that_stands_once_on_both_sides_matches() -> None:
     assert found.agree_share == 0.0
 
 
-def test_nearness_matches_the_same_kind_within_half_of_the_extent() -> None:
+def test_nearest_plane_of_same_kind_within_half_the_extent_matches() -> None:
     first = [plane("a", 90, 30), plane("b", 0, 90, (0.1, 0, 0), kind="joint")]
     near = [plane("c", 90, 32, (0.9, 0, 0)), plane("d", 90, 31, (0.8, 0, 0), extent=None)]
     found = compare_orientations(first, near)
@@ -53,7 +53,7 @@ def test_nearness_matches_the_same_kind_within_half_of_the_extent() -> None:
     assert not compare_orientations(first, [plane("c", 90, 32, None)]).n
 
 
-def test_sides_and_north_of_a_plane_do_not_matter() -> None:
+def test_angle_ignores_normal_sign_and_north() -> None:
     a, b = plane("x", 359, 80), plane("x", 181, 80)
     # Spherical law of cosines; their dips add up across the vertical.
     dip, apart = np.radians([80.0, 178.0])
@@ -66,7 +66,7 @@ def test_sides_and_north_of_a_plane_do_not_matter() -> None:
     assert again.matched[0].angle_deg == pytest.approx(expected, abs=1e-9)
 
 
-def test_without_errors_nothing_is_said_to_agree() -> None:
+def test_agreement_is_undefined_without_errors() -> None:
     found = compare_orientations([plane("x", 10, 10, error=None)], [plane("x", 10, 10)])
     assert found.matched[0].agree is None
     assert found.agree_share is None

@@ -76,7 +76,7 @@ SAME_PLANE = [
 
 
 @pytest.mark.parametrize("text", SAME_PLANE)
-def test_one_plane_in_every_usual_notation(text: str) -> None:
+def test_common_notations_of_one_plane_parse_alike(text: str) -> None:
     plane = parse_plane(text)
     assert plane.dip_direction_deg == pytest.approx(132)
     assert plane.dip_deg == pytest.approx(41)
@@ -109,11 +109,11 @@ def test_one_plane_in_every_usual_notation(text: str) -> None:
         ("000/00", 0, 0),
     ],
 )
-def test_planes_of_other_notations(text: str, dip_direction: float, dip: float) -> None:
+def test_other_plane_notations_parse(text: str, dip_direction: float, dip: float) -> None:
     assert parse_plane(text) == Plane(dip_direction, dip)
 
 
-def test_bare_numbers_mean_what_the_caller_says_but_the_text_goes_first() -> None:
+def test_bare_numbers_use_default_notation_but_explicit_notation_wins() -> None:
     assert parse_plane("042/41", "strike/dip") == Plane(132, 41)
     assert parse_plane("222/41", "strike/dip lhr") == Plane(132, 41)
     assert parse_plane("042/41 RHR", "dipdir/dip") == Plane(132, 41)
@@ -150,7 +150,7 @@ def test_bare_numbers_mean_what_the_caller_says_but_the_text_goes_first() -> Non
         ("dip direction 132 dip 41 SE", "needless-quadrant", {}),
     ],
 )
-def test_what_is_no_plane_is_refused_with_the_reason(
+def test_invalid_plane_text_is_rejected_with_reason(
     text: str, code: str, values: dict[str, object]
 ) -> None:
     with refused(f"notation.{code}", **values) as refusal:
@@ -180,7 +180,7 @@ ROSE = (
 
 
 @pytest.mark.parametrize("number", range(16))
-def test_winds_are_the_points_of_the_compass_rose(number: int) -> None:
+def test_compass_points_parse_as_azimuths(number: int) -> None:
     assert parse_line(f"{ROSE[number]} 30") == Line(22.5 * number, 30)
     opposite = ROSE[(number + 8) % 16]
     strike = parse_plane(f"{ROSE[number]}-{opposite} 90")
@@ -188,7 +188,7 @@ def test_winds_are_the_points_of_the_compass_rose(number: int) -> None:
 
 
 @pytest.mark.parametrize(("side", "reach"), [("E", 80), ("SE", 55), ("ESE", 45), ("N", 80)])
-def test_a_plane_dips_to_the_side_that_is_within_reach_of_it(side: str, reach: float) -> None:
+def test_plane_dips_toward_named_side_within_its_angular_range(side: str, reach: float) -> None:
     """A half for one letter, a quadrant for two, less for three; the strike itself is no side."""
     toward = 22.5 * ROSE.index(side)
     for off in range(-reach + 1, reach, 7):  # type: ignore[call-overload]
@@ -203,7 +203,7 @@ def test_a_plane_dips_to_the_side_that_is_within_reach_of_it(side: str, reach: f
         assert parse_plane(f"{strike:g}/00 {side}").undefined  # level planes dip nowhere
 
 
-def test_a_bare_pair_is_refused_where_a_quadrant_is_expected() -> None:
+def test_bare_number_pair_is_rejected_if_quadrant_is_required() -> None:
     with refused("notation.no-quadrant", text="042/41"):
         parse_plane("042/41", "quadrant")
 
@@ -230,7 +230,7 @@ def test_a_bare_pair_is_refused_where_a_quadrant_is_expected() -> None:
         ("vertical", 0, 90),
     ],
 )
-def test_lines_in_the_usual_notations(text: str, trend: float, plunge: float) -> None:
+def test_common_line_notations_parse(text: str, trend: float, plunge: float) -> None:
     assert parse_line(text) == Line(trend, plunge)
 
 
@@ -246,7 +246,7 @@ def test_lines_in_the_usual_notations(text: str, trend: float, plunge: float) ->
         ("strike 10 dip 20", "not-a-line"),
     ],
 )
-def test_what_is_no_line_is_refused_with_the_reason(text: str, code: str) -> None:
+def test_invalid_line_text_is_rejected_with_reason(text: str, code: str) -> None:
     with refused(f"notation.{code}") as refusal:
         parse_line(text)
     assert refusal.value.values.get("text", "") == text
@@ -267,11 +267,13 @@ def test_planes_print_with_fixed_digits() -> None:
     ("azimuth", "decimals", "text"),
     [(359.96, 1, "000.0"), (359.94, 1, "359.9"), (359.6, 0, "000"), (-1e-12, 2, "000.00")],
 )
-def test_what_rounds_to_360_is_printed_as_zero(azimuth: float, decimals: int, text: str) -> None:
+def test_azimuths_rounding_to_360_are_formatted_as_zero(
+    azimuth: float, decimals: int, text: str
+) -> None:
     assert format_azimuth(azimuth, decimals) == text
 
 
-def test_no_minus_before_a_plunge_that_rounds_to_zero() -> None:
+def test_plunge_rounding_to_zero_has_no_minus_sign() -> None:
     assert format_line(Line(10, -0.04), 1) == "010.0/00.0"
     assert format_line(Line(10, -3.06), 1) == "010.0/-03.1"
 
@@ -280,7 +282,7 @@ def test_no_minus_before_a_plunge_that_rounds_to_zero() -> None:
 @example(359.996, 90.0, "quadrant", 2)
 @example(90.0, 0.3, "quadrant", 0)
 @example(0.5, 89.5, "quadrant", 0)
-def test_a_printed_plane_comes_back(azimuth: float, dip: float, name: str, decimals: int) -> None:
+def test_formatted_plane_round_trips(azimuth: float, dip: float, name: str, decimals: int) -> None:
     plane = Plane(azimuth, dip)
     text = format_plane(plane, name, decimals)
     back = parse_plane(text)
@@ -290,21 +292,21 @@ def test_a_printed_plane_comes_back(azimuth: float, dip: float, name: str, decim
 
 
 @given(st.floats(0, 360), st.floats(-90, 90), st.integers(0, 4))
-def test_a_printed_line_comes_back(trend: float, plunge: float, decimals: int) -> None:
+def test_formatted_line_round_trips(trend: float, plunge: float, decimals: int) -> None:
     line = Line(trend, plunge)
     back = parse_line(format_line(line, decimals))
     assert angle_between_lines(line, back, is_directed=True) <= 1.01 * 10.0**-decimals
 
 
 @given(st.text(max_size=20))
-def test_no_text_ends_in_anything_but_an_orientation_or_a_reason(text: str) -> None:
+def test_arbitrary_text_parses_or_raises_input_error(text: str) -> None:
     for parse in (parse_plane, parse_line):
         with contextlib.suppress(InputError):
             assert parse(text) is not None
 
 
 @given(st.text(alphabet="NSEWnsew0123456789 .,/-°'→>RHLdip", max_size=16))
-def test_no_near_miss_ends_in_anything_but_an_orientation_or_a_reason(text: str) -> None:
+def test_near_miss_text_parses_or_raises_input_error(text: str) -> None:
     for parse in (parse_plane, parse_line):
         with contextlib.suppress(InputError):
             assert parse(text) is not None
@@ -313,17 +315,17 @@ def test_no_near_miss_ends_in_anything_but_an_orientation_or_a_reason(text: str)
 @pytest.mark.parametrize(
     ("text", "azimuth"), [("E10N", 80), ("W30N", 300), ("W10S", 260), ("E0S", 90), ("N10E", 10)]
 )
-def test_azimuths_are_counted_from_any_compass_point(text: str, azimuth: float) -> None:
+def test_azimuths_can_be_measured_from_any_compass_point(text: str, azimuth: float) -> None:
     assert parse_azimuth(text) == azimuth
     assert parse_line(f"{text} 25") == Line(azimuth, 25)
 
 
 @pytest.mark.parametrize(("text", "rake"), [("80NE", 80), ("80 E", 80), ("80SW", 100), ("0S", 180)])
-def test_a_rake_is_counted_from_the_end_of_the_strike_that_is_named(text: str, rake: float) -> None:
+def test_rake_is_measured_from_the_named_strike_end(text: str, rake: float) -> None:
     assert parse_rake(text, Plane(132, 41)) == rake
 
 
 @pytest.mark.parametrize("text", ["80", "80SE", "95NE", "-10E", "80X", "E"])
-def test_a_rake_from_another_direction_is_refused(text: str) -> None:
+def test_rake_measured_from_direction_off_strike_is_rejected(text: str) -> None:
     with pytest.raises(InputError):
         parse_rake(text, Plane(132, 41))

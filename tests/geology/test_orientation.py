@@ -56,7 +56,7 @@ def same_axis(a: np.ndarray, b: np.ndarray) -> float:
 @pytest.mark.parametrize(
     ("angle", "wrapped"), [(360, 0), (-0.0, 0), (-1e-20, 0), (725, 5), (-90, 270), (359.5, 359.5)]
 )
-def test_azimuths_are_taken_to_0_360(angle: float, wrapped: float) -> None:
+def test_azimuths_are_normalized_to_0_360(angle: float, wrapped: float) -> None:
     assert wrap360(angle) == wrapped
     assert math.copysign(1, wrap360(angle)) == 1
 
@@ -66,7 +66,7 @@ A_HAIR_WEST = (1e-17, 1e-16, 2e-15, 1e-12)
 
 @pytest.mark.parametrize("hair", A_HAIR_WEST)
 @pytest.mark.parametrize("north", [1.0, -1.0])
-def test_an_azimuth_a_hair_west_of_north_is_never_360(hair: float, north: float) -> None:
+def test_azimuth_just_west_of_north_is_never_360(hair: float, north: float) -> None:
     """Its angle is a tiny negative one, which modulo 360 may come out as 360 itself."""
     down, up = np.array([-hair, north, -0.5]), np.array([-hair, north, 0.5])
     for vector in (down, up, -down, -up, np.array([-hair, north, 0.0])):
@@ -101,7 +101,7 @@ def test_sines_are_exact_at_right_angles() -> None:
     np.testing.assert_allclose(sin_cos_deg(angles)[0], np.sin(np.radians(angles)), atol=1e-14)
 
 
-def test_sines_of_single_angles_are_those_of_arrays_to_the_last_bit() -> None:
+def test_scalar_and_array_sines_are_bit_identical() -> None:
     angles = np.append(np.random.default_rng(3).uniform(-800.0, 800.0, 200), [-90.0, -0.0, 45.0])
     together = sin_cos_deg(angles)
     for place, angle in enumerate(angles.tolist()):
@@ -113,7 +113,7 @@ def test_sines_of_single_angles_are_those_of_arrays_to_the_last_bit() -> None:
 # The conventions, point by point
 
 
-def test_a_line_points_where_its_trend_and_plunge_say() -> None:
+def test_line_vector_follows_trend_and_plunge() -> None:
     np.testing.assert_array_equal(Line(0, 0).vector(), [0, 1, 0])
     np.testing.assert_array_equal(Line(90, 0).vector(), [1, 0, 0])
     np.testing.assert_array_equal(Line(123, 90).vector(), [0, 0, -1])
@@ -121,7 +121,7 @@ def test_a_line_points_where_its_trend_and_plunge_say() -> None:
     np.testing.assert_allclose(Line(180, 45).vector(), [0, -h, -h], atol=1e-16)
 
 
-def test_a_plane_has_its_normal_up_and_toward_its_dip() -> None:
+def test_plane_normal_points_up_and_toward_dip() -> None:
     h = math.sqrt(0.5)
     np.testing.assert_allclose(Plane(90, 45).normal(), [h, 0, h], atol=1e-16)
     np.testing.assert_array_equal(Plane(90, 90).normal(), [1, 0, 0])
@@ -145,7 +145,7 @@ def test_the_plane_dips_to_the_right_of_its_strike(plane: Plane) -> None:
 
 
 @given(planes)
-def test_planes_come_back_from_their_normals(plane: Plane) -> None:
+def test_planes_round_trip_through_normals(plane: Plane) -> None:
     for normal in (plane.normal(), -plane.normal(), 1e-9 * plane.normal()):
         back = Plane.from_normal(normal)
         assert back.dip_deg == pytest.approx(plane.dip_deg, abs=2e-7)
@@ -156,7 +156,7 @@ def test_planes_come_back_from_their_normals(plane: Plane) -> None:
 
 
 @given(lines)
-def test_lines_come_back_from_their_vectors(line: Line) -> None:
+def test_lines_round_trip_through_vectors(line: Line) -> None:
     for vector in (line.vector(), -line.vector(), 1e12 * line.vector()):
         assert same_axis(Line.from_vector(vector).vector(), line.vector()) < 2e-7
     directed = Line.from_vector(-line.vector(), is_directed=True)
@@ -164,7 +164,7 @@ def test_lines_come_back_from_their_vectors(line: Line) -> None:
 
 
 @given(planes, st.floats(-720, 720))
-def test_turning_the_world_about_up_adds_to_dip_directions(plane: Plane, turn: float) -> None:
+def test_rotation_about_vertical_adds_to_dip_directions(plane: Plane, turn: float) -> None:
     back = Plane.from_normal(around_up(turn) @ plane.normal())
     assert back.dip_deg == pytest.approx(plane.dip_deg, abs=2e-7)
     if 1e-3 < plane.dip_deg < 90 - 1e-3:
@@ -172,14 +172,14 @@ def test_turning_the_world_about_up_adds_to_dip_directions(plane: Plane, turn: f
 
 
 @given(planes, planes, st.floats(-720, 720))
-def test_turning_the_world_about_up_turns_intersections(a: Plane, b: Plane, turn: float) -> None:
+def test_rotation_about_vertical_rotates_intersections(a: Plane, b: Plane, turn: float) -> None:
     assume(angle_between_planes(a, b) > 0.1)
     turned = [Plane.from_normal(around_up(turn) @ p.normal()) for p in (a, b)]
     expected = around_up(turn) @ intersection(a, b).vector()
     assert same_axis(intersection(*turned).vector(), expected) < 1e-4
 
 
-def test_azimuths_over_360_are_the_same_planes() -> None:
+def test_azimuths_outside_0_360_give_equal_planes() -> None:
     assert Plane.from_strike(371, 20) == Plane.from_strike(11, 20)
     assert Plane(-228, 41) == Plane(132, 41)
 
@@ -202,7 +202,7 @@ def test_horizontal_planes_and_vertical_lines_are_flagged() -> None:
 
 
 @given(st.floats(-720, 720))
-def test_a_vertical_plane_has_one_name_whichever_way_its_normal_points(azimuth: float) -> None:
+def test_vertical_plane_attitude_does_not_depend_on_normal_sign(azimuth: float) -> None:
     normal = Plane(azimuth, 90).normal()
     nudges = ([0, 0, 0], [0, 0, 1e-17], [0, 0, -1e-17])
     names = [Plane.from_normal(sign * normal + n) for sign in (1, -1) for n in nudges]
@@ -212,20 +212,20 @@ def test_a_vertical_plane_has_one_name_whichever_way_its_normal_points(azimuth: 
 
 
 @given(st.floats(-720, 720))
-def test_a_horizontal_axis_has_one_name_whichever_way_its_vector_points(azimuth: float) -> None:
+def test_horizontal_axis_trend_does_not_depend_on_vector_sign(azimuth: float) -> None:
     vector = Line(azimuth, 0).vector()
     a, b = Line.from_vector(vector), Line.from_vector(-vector)
     assert azimuth_gap(a.trend_deg, b.trend_deg) < 1e-9
     assert a.trend_deg < 180
 
 
-def test_nearly_horizontal_planes_keep_their_digits() -> None:
+def test_nearly_horizontal_planes_keep_precision() -> None:
     azimuth, dip, _ = normals_to_planes(planes_to_normals([200.0], [1e-5]))
     assert dip[0] == pytest.approx(1e-5, rel=1e-9)
     assert azimuth[0] == pytest.approx(200, abs=1e-8)
 
 
-def test_arrays_give_nan_for_what_is_no_direction_and_leave_the_input_alone() -> None:
+def test_undefined_directions_give_nan_and_input_is_unchanged() -> None:
     given_vectors = np.array([[0.0, 0, 0], [np.nan, 0, 1], [0, 0, 5.0]])
     before = given_vectors.copy()
     for function in (vectors_to_lines, normals_to_planes):
@@ -250,7 +250,7 @@ def test_arrays_give_nan_for_what_is_no_direction_and_leave_the_input_alone() ->
         lambda: compute_rake(Plane(10, 20).pole(), Plane(10, 20)),
     ],
 )
-def test_impossible_orientations_are_refused_by_name(make) -> None:  # type: ignore[no-untyped-def]
+def test_invalid_orientations_raise(make) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(GeometryError):
         make()
 
@@ -258,7 +258,7 @@ def test_impossible_orientations_are_refused_by_name(make) -> None:  # type: ign
 # Intersections, angles
 
 
-def test_the_textbook_intersection_of_two_limbs() -> None:
+def test_textbook_intersection_of_two_limbs_is_reproduced() -> None:
     # Two limbs that dip 45 east and west meet in a horizontal line north to south.
     assert intersection(Plane(90, 45), Plane(270, 45)) == Line(0, 0)
     # Equal dips d, dip directions 90 apart: plunge with tan p = tan d cos 45, halfway between.
@@ -287,7 +287,7 @@ def test_intersections_agree_with_mplstereonet(mplstereonet: Any) -> None:
         assert same_axis(intersection(a, b).vector(), other) < 1e-6
 
 
-def test_angles_between_axes_and_between_directions() -> None:
+def test_angles_distinguish_axes_from_directions() -> None:
     assert angle_between_planes(Plane(90, 60), Plane(270, 60)) == pytest.approx(60)
     assert angle_between_lines(Line(0, 0), Line(180, 0)) == pytest.approx(0)
     assert angle_between_lines(Line(0, 0), Line(180, 0), is_directed=True) == pytest.approx(180)
@@ -299,7 +299,7 @@ def test_angles_between_axes_and_between_directions() -> None:
 # Rakes
 
 
-def test_rakes_run_from_the_strike_over_the_dip() -> None:
+def test_rakes_increase_from_strike_through_dip() -> None:
     plane = Plane.from_strike(40, 30)
     assert line_from_rake(plane, 0).trend_deg == pytest.approx(40)
     assert angle_between_lines(line_from_rake(plane, 90), Line(130, 30)) < 1e-9
@@ -311,7 +311,7 @@ def test_rakes_run_from_the_strike_over_the_dip() -> None:
 
 
 @given(planes, st.floats(0, 180, exclude_max=True))
-def test_rakes_come_back(plane: Plane, rake: float) -> None:
+def test_rakes_round_trip(plane: Plane, rake: float) -> None:
     line = line_from_rake(plane, rake)
     assert angle_line_plane(line, plane) < 2e-7
     gap = abs((compute_rake(line, plane) - rake + 90) % 180 - 90)
@@ -330,7 +330,7 @@ def test_rakes_agree_with_mplstereonet(mplstereonet: Any) -> None:
 
 
 @pytest.mark.parametrize("dip_direction", [120.0, 300.0])
-def test_on_a_vertical_plane_rakes_count_from_the_strike_under_180(dip_direction: float) -> None:
+def test_rakes_on_vertical_plane_start_at_strike_below_180(dip_direction: float) -> None:
     plane = Plane(dip_direction, 90)
     assert compute_rake(Line(30, 20), plane) == pytest.approx(20)
     assert compute_rake(Line(210, 20), plane) == pytest.approx(160)

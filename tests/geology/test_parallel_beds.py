@@ -55,7 +55,7 @@ def test_exact_traces_give_the_plane_and_their_distances() -> None:
     assert np.diff([bed.distance_m for bed in found.beds]) == pytest.approx([1.25, 2.5])
 
 
-def test_the_normal_is_that_of_dummy_variables_in_least_squares() -> None:
+def test_normal_matches_least_squares_with_one_offset_per_trace() -> None:
     """A second way: minimise over normal and one offset for each trace, numerically."""
     from scipy.optimize import minimize
 
@@ -77,7 +77,7 @@ def test_the_normal_is_that_of_dummy_variables_in_least_squares() -> None:
     assert np.degrees(best.x) == pytest.approx([found.dip_direction_deg, found.dip_deg], abs=1e-4)
 
 
-def test_turning_the_world_turns_the_plane() -> None:
+def test_rotation_about_vertical_rotates_the_plane() -> None:
     ids, points, offsets = traces(3, [0.0, 1.0])
     before = parallel_beds(ids, points, offsets)
     turned = points @ Rotation.from_euler("z", -30.0, degrees=True).as_matrix().T
@@ -90,7 +90,7 @@ def test_turning_the_world_turns_the_plane() -> None:
     )
 
 
-def test_short_straight_traces_that_run_two_ways_determine_a_plane_together() -> None:
+def test_short_straight_traces_in_two_directions_determine_a_plane_together() -> None:
     rng = np.random.default_rng(0)
     t = np.linspace(0.0, 3.0, 12)
     normal = TRUTH.normal()
@@ -112,7 +112,7 @@ def test_short_straight_traces_that_run_two_ways_determine_a_plane_together() ->
     first_in_default_tier([(0.0, 0.93), (0.05, 0.93), (0.1, 0.91)], 1),
     ids=["white", "0.05", "0.1"],
 )
-def test_the_truth_lies_within_the_stated_error(smooth: float, least: float) -> None:
+def test_true_normal_is_within_stated_error(smooth: float, least: float) -> None:
     inside, rounds = 0, 400
     far = []
     for seed in range(rounds):
@@ -128,7 +128,7 @@ def test_the_truth_lies_within_the_stated_error(smooth: float, least: float) -> 
 
 @pytest.mark.full
 @pytest.mark.parametrize("smooth", first_in_default_tier([0.0, 0.1]), ids=["white", "0.1"])
-def test_traces_of_one_bed_are_called_two_once_in_twenty(smooth: float) -> None:
+def test_traces_of_one_bed_test_as_two_in_at_most_about_5_percent(smooth: float) -> None:
     alarms = {"noise alone": 0}
     rounds = 600
     for seed in range(rounds):
@@ -140,7 +140,7 @@ def test_traces_of_one_bed_are_called_two_once_in_twenty(smooth: float) -> None:
         assert share > 0.015
 
 
-def test_two_beds_are_told_apart() -> None:
+def test_two_beds_are_distinguished() -> None:
     found = [
         parallel_beds(*traces(seed, [0.0, 0.15, 5.0]), pairs=[("0", "1")]) for seed in range(100)
     ]
@@ -149,7 +149,7 @@ def test_two_beds_are_told_apart() -> None:
     assert np.mean(inside) >= 0.9
 
 
-def test_traces_that_are_not_parallel_are_named() -> None:
+def test_nonparallel_traces_are_reported() -> None:
     ids, points, offsets = traces(5, [0.0, 1.0, 2.0])
     part = points[offsets[2] :]
     turn = Rotation.from_rotvec(np.radians(6.0) * np.array([1.0, 0.0, 0.0])).as_matrix()
@@ -161,7 +161,7 @@ def test_traces_that_are_not_parallel_are_named() -> None:
 
 
 @pytest.mark.full
-def test_beds_that_wave_have_their_waves_in_the_error() -> None:
+def test_error_includes_undulation_of_beds() -> None:
     """Each of eight traces is turned by 2 degrees one way or another: the mean lies within what is
     stated as often as it should."""
     inside, rounds = 0, 300
@@ -178,7 +178,7 @@ def test_beds_that_wave_have_their_waves_in_the_error() -> None:
     assert inside / rounds >= 0.9
 
 
-def test_three_points_each_tell_no_error() -> None:
+def test_traces_of_three_points_have_no_error_estimate() -> None:
     found = parallel_beds(*traces(6, [0.0, 1.0], n=3))
     assert found.max_confidence95_deg is None
     assert found.same == ()
@@ -208,7 +208,7 @@ def unlike(seed: int, counts: list[int], noises: list[float]) -> tuple[list[str]
 @pytest.mark.parametrize(
     ("counts", "noises"), first_in_default_tier(UNLIKE.values(), 1), ids=UNLIKE
 )
-def test_traces_that_stray_differently_are_parallel_and_of_one_bed_as_often_as_stated(
+def test_parallelism_and_same_bed_tests_keep_their_level_for_unequal_noise(
     counts: list[int], noises: list[float]
 ) -> None:
     turned, two, inside, rounds = 0, 0, 0, 300
@@ -225,7 +225,7 @@ def test_traces_that_stray_differently_are_parallel_and_of_one_bed_as_often_as_s
     assert inside / rounds > 0.91
 
 
-def test_straight_traces_over_flat_faces_are_not_turned_against_each_other() -> None:
+def test_straight_traces_on_flat_faces_are_not_reported_as_nonparallel() -> None:
     """What such a trace strays lies in the face that it runs over: its width tells the attitude of
     that face, and nothing of the bed."""
     turned, inside, widths, rounds = 0, 0, [], 200

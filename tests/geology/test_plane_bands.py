@@ -60,7 +60,7 @@ def of_set(rng: np.random.Generator, mean: np.ndarray, sigma: float) -> np.ndarr
     return np.asarray(cosine * mean + np.sqrt(1.0 - cosine**2) * across)
 
 
-def test_a_line_on_a_flat_face_allows_any_turn_whatever_its_picks_stray() -> None:
+def test_line_on_flat_face_allows_any_rotation_despite_pick_noise() -> None:
     """They stray by one spacing along the face z = 0 and hardly out of it."""
     rng = np.random.default_rng(1)
     held, any_turn = 0, 0
@@ -77,18 +77,18 @@ def test_a_line_on_a_flat_face_allows_any_turn_whatever_its_picks_stray() -> Non
     assert any_turn >= 0.9 * 60
 
 
-def test_a_trace_that_bends_has_a_plane_and_no_band() -> None:
+def test_curved_trace_has_plane_and_no_band() -> None:
     rng = np.random.default_rng(0)
     points = straight(rng, np.array([0.0, 0.6, 0.8]), bend=0.5)
     assert find_plane_band(fit_plane(points)) is None
 
 
-def test_a_blob_of_points_has_no_band() -> None:
+def test_isotropic_point_cloud_has_no_band() -> None:
     points = np.random.default_rng(1).standard_normal((40, 3))
     assert find_plane_band(fit_plane(points)) is None
 
 
-def test_the_band_is_about_the_line_of_the_trace() -> None:
+def test_band_axis_is_the_trace_line() -> None:
     rng = np.random.default_rng(2)
     along = Line(120.0, 35.0).vector()
     points = np.outer(np.linspace(-2, 2, 60), along) + 0.005 * rng.standard_normal((60, 3))
@@ -108,7 +108,7 @@ def test_the_band_is_about_the_line_of_the_trace() -> None:
     assert band.half_width95_deg == pytest.approx(wanted, rel=0.5)
 
 
-def test_a_turned_world_turns_the_band() -> None:
+def test_rotation_about_vertical_rotates_the_band() -> None:
     rng = np.random.default_rng(3)
     points = straight(rng, np.array([0.0, 0.6, 0.8]))
     turn = np.radians(30.0)
@@ -129,7 +129,7 @@ def test_a_turned_world_turns_the_band() -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("bend", first_in_default_tier([0.0, 0.01, 0.02], 1))
-def test_the_true_plane_is_in_the_band_as_often_as_it_says(bend: float) -> None:
+def test_band_contains_true_plane_in_95_percent_of_runs(bend: float) -> None:
     rng = np.random.default_rng(4)
     held, count = 0, 0
     for _ in range(900):
@@ -143,7 +143,7 @@ def test_the_true_plane_is_in_the_band_as_often_as_it_says(bend: float) -> None:
 
 
 @pytest.mark.full
-def test_a_set_gives_the_plane_with_the_error_it_states() -> None:
+def test_set_prior_gives_plane_with_calibrated_error() -> None:
     rng = np.random.default_rng(5)
     sigma = np.radians(7.0)
     held, inside, count = 0, 0, 500
@@ -166,7 +166,7 @@ def test_a_set_gives_the_plane_with_the_error_it_states() -> None:
     assert 0.93 <= inside / count <= 0.97
 
 
-def test_the_plane_of_a_flat_prior_and_a_sharp_band_has_a_closed_form() -> None:
+def test_plane_from_flat_prior_and_sharp_band_matches_closed_form() -> None:
     """Across the band nothing, along it the prior: the mean turned into the band."""
     mean = Plane(90.0, 40.0).normal()
     line = Line(0.0, 0.0).vector()
@@ -183,7 +183,7 @@ def test_the_plane_of_a_flat_prior_and_a_sharp_band_has_a_closed_form() -> None:
 
 
 @pytest.mark.full
-def test_the_probability_of_a_set_is_how_often_it_is_right() -> None:
+def test_set_probabilities_are_calibrated() -> None:
     rng = np.random.default_rng(6)
     sigma = np.radians(8.0)
     means = [Plane(90.0, 60.0).normal(), Plane(120.0, 30.0).normal()]
@@ -208,7 +208,7 @@ def test_the_probability_of_a_set_is_how_often_it_is_right() -> None:
     assert told[unsure].mean() == pytest.approx(was[unsure].mean(), abs=0.12)
 
 
-def test_a_set_that_cannot_be_is_not_compatible() -> None:
+def test_set_far_from_band_is_not_compatible() -> None:
     rng = np.random.default_rng(7)
     along = Line(0.0, 0.0).vector()
     points = np.outer(np.linspace(-2, 2, 60), along) + 0.005 * rng.standard_normal((60, 3))
@@ -228,7 +228,7 @@ def test_a_set_that_cannot_be_is_not_compatible() -> None:
 
 
 @pytest.mark.full
-def test_crossing_traces_give_the_plane_with_the_error_it_states() -> None:
+def test_crossing_traces_give_plane_with_calibrated_error() -> None:
     rng = np.random.default_rng(8)
     held, count = 0, 900
     for _ in range(count):
@@ -260,7 +260,7 @@ def _inside(bands: list[PlaneBand | None], found: np.ndarray, normal: np.ndarray
     return total <= free * (0.05 ** (-2.0 / free) - 1.0)
 
 
-def test_crossing_traces_at_right_angles_have_a_closed_form() -> None:
+def test_perpendicular_crossing_traces_match_closed_form() -> None:
     east, north, up = np.eye(3)
     one = PlaneBand(np.stack([east, north, up]), (0.02, 0.02), np.pi / 2, 1e6)
     other = PlaneBand(np.stack([north, -east, up]), (0.05, 0.05), np.pi / 2, 1e6)

@@ -15,7 +15,7 @@ def plane(attitude, place=(0.0, 0.0, 0.0), extent=2.0, error=1.0) -> OrientedPla
     return OrientedPlane("", "joint", normal_of(*attitude), where, extent, error)
 
 
-def test_what_was_picked_and_what_was_proposed_are_counted_by_themselves() -> None:
+def test_picked_and_proposed_planes_are_counted_separately() -> None:
     picked = [
         plane((100.0, 80.0)),
         plane((100.0, 80.0), (10.0, 0.0, 0.0)),  # another plane was proposed there
@@ -35,7 +35,7 @@ def test_what_was_picked_and_what_was_proposed_are_counted_by_themselves() -> No
     assert found.median_angle_deg == pytest.approx(angle)
 
 
-def test_the_stated_errors_allow_more_than_ten_degrees() -> None:
+def test_large_stated_errors_allow_angles_above_ten_degrees() -> None:
     first, second = plane((90.0, 40.0), error=12.0), plane((90.0, 55.0), error=12.0)
     assert compare_proposals([first], [second]).picks_found == 1
     first, second = plane((90.0, 40.0), error=1.0), plane((90.0, 55.0), error=1.0)
@@ -45,7 +45,7 @@ def test_the_stated_errors_allow_more_than_ten_degrees() -> None:
     assert compare_proposals([first], [turned]).picks_found == 1
 
 
-def test_planes_without_a_place_cannot_be_near() -> None:
+def test_planes_without_position_are_never_near() -> None:
     found = compare_proposals([plane((0.0, 10.0), None)], [plane((0.0, 10.0))])
     assert (found.picked, found.proposed, found.picks_near) == (0, 1, 0)
     assert found.median_angle_deg is None

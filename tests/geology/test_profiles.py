@@ -33,7 +33,7 @@ def indices(xyz: np.ndarray) -> tuple[float, float]:
     return float(values.sum() / values[2]), float(values[0] / values[1])
 
 
-def test_the_limits_are_where_m_is_4_and_k_is_0_8() -> None:
+def test_textbook_limits_are_m_4_and_k_0_8() -> None:
     # ln(l1 / l3) = 4 and ln(l1 / l2) = 0.8 ln(l2 / l3).
     second = np.exp(4.0 / 1.8)
     first = np.exp(4.0)
@@ -79,7 +79,7 @@ def test_one_missed_limit_makes_a_plane_doubtful_and_two_make_it_poor(
         assert values[EXTENT] == {"ratio": pytest.approx(ratio), "minimum": 100.0}
 
 
-def test_what_the_error_rule_demotes_is_a_note_of_the_textbook() -> None:
+def test_error_rule_reasons_become_notes_in_textbook_profile() -> None:
     # 40 centimetres of roughness on 3 metres: known to some ten degrees.
     fit = fit_plane(points(4.0, 3.0, 0.3, n=12), is_ordered=False)
     by_error = judge(fit, resolution_m=None, outcrop_normal=None)
@@ -96,7 +96,7 @@ def test_what_the_error_rule_demotes_is_a_note_of_the_textbook() -> None:
     assert set(by_error.reasons) < set(by_shape.notes)
 
 
-def test_three_points_are_at_most_doubtful_and_no_plane_is_poor_by_every_profile() -> None:
+def test_three_points_are_doubtful_in_every_profile() -> None:
     three = fit_plane([[0, 0, 0], [3, 0, 1], [0, 3, 1]])
     for limits in PROFILES_BY_NAME.values():
         verdict = judge(three, resolution_m=0.001, outcrop_normal=None, thresholds=limits)
@@ -104,7 +104,7 @@ def test_three_points_are_at_most_doubtful_and_no_plane_is_poor_by_every_profile
         assert verdict.reasons[0].code == "plane.three-points"
 
 
-def test_limits_that_are_no_numbers_are_refused() -> None:
+def test_limits_of_wrong_type_are_rejected() -> None:
     assert Thresholds(good_confidence95_deg=4).good_confidence95_deg == 4
     for wrong in ({"good_M": "4"}, {"good_K": True}, {"by": "taste"}, {"profile": 3}):
         with pytest.raises(TypeError):
@@ -113,7 +113,7 @@ def test_limits_that_are_no_numbers_are_refused() -> None:
 
 
 @pytest.mark.parametrize("limits", PROFILES_BY_NAME.values())
-def test_a_profile_in_words_states_every_limit_that_decides(limits: Thresholds) -> None:
+def test_profile_description_states_every_limit_that_decides(limits: Thresholds) -> None:
     """Each limit is moved to a value of its own, and only those that judge change the words."""
     decides = {
         "error": {"good_confidence95_deg", "poor_confidence95_deg", "least_extent_over_resolution"},

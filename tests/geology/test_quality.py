@@ -59,7 +59,7 @@ def notes(fit: FittedPlane, **changes: object) -> dict[str, dict[str, object]]:
     return by_code(judged(fit, **changes).notes)
 
 
-def test_a_well_bent_trace_on_a_fine_model_is_good_without_reasons() -> None:
+def test_well_curved_trace_on_fine_model_is_good_without_reasons() -> None:
     assert verdict(GOOD) == ("good", [])
 
 
@@ -70,7 +70,7 @@ def test_unknown_resolution_and_face_are_not_held_against_a_plane() -> None:
 @pytest.mark.parametrize(
     ("angle", "quality"), [(5.0, "good"), (5.1, "doubtful"), (15.0, "doubtful"), (15.1, "poor")]
 )
-def test_confidence_alone_sets_the_bounds(angle: float, quality: str) -> None:
+def test_confidence_alone_sets_the_verdict(angle: float, quality: str) -> None:
     limit_deg = 15.0 if quality == "poor" else 5.0
     expected = Finding("plane.uncertain", error_deg=angle, limit_deg=limit_deg)
     found = judged(replace(GOOD, max_confidence95_deg=angle))
@@ -90,7 +90,7 @@ def test_confidence_alone_sets_the_bounds(angle: float, quality: str) -> None:
         ({"hyperbolic_overflow": True}, "plane.unbounded-error", {}),
     ],
 )
-def test_shape_is_a_note_and_lowers_no_verdict(
+def test_shape_adds_a_note_and_does_not_lower_the_verdict(
     change: dict[str, object], code: str, values: dict[str, object]
 ) -> None:
     shaped = replace(GOOD, **change)  # type: ignore[arg-type]
@@ -101,7 +101,7 @@ def test_shape_is_a_note_and_lowers_no_verdict(
     assert notes(GOOD) == {}
 
 
-def test_what_the_error_cannot_know_makes_doubtful() -> None:
+def test_long_roughness_makes_plane_doubtful() -> None:
     long = replace(GOOD, long_roughness=True)
     assert verdict(long) == ("doubtful", ["plane.long-roughness"])
 
@@ -147,7 +147,7 @@ def test_the_resolution_tilts_a_patch_by_half_a_spacing_over_its_width() -> None
     assert verdict(fit, resolution_m=0.3, kind="patch")[0] == "good"
 
 
-def test_the_resolution_tilts_a_trace_as_errors_of_its_points_would() -> None:
+def test_resolution_tilt_of_trace_matches_simulated_point_errors() -> None:
     """Against the spread of the slopes of simulated planes."""
     rng = np.random.default_rng(5)
     t = np.linspace(-1.0, 1.0, 25)
@@ -164,7 +164,7 @@ def test_the_resolution_tilts_a_trace_as_errors_of_its_points_would() -> None:
 
 
 @pytest.mark.parametrize("sagitta", [0.3, 2.0])
-def test_an_arc_may_be_tilted_by_the_bow_that_it_hides(sagitta: float) -> None:
+def test_arc_error_includes_tilt_from_an_undetected_bow(sagitta: float) -> None:
     """A parabola of 10 m with a bow of 1 cm, along it, is a plane that is tilted by the quotient of
     the two sagittas, and shows no residual; a trace that bends to and fro shows it."""
     t = np.linspace(0.0, 1.0, 30)
@@ -184,7 +184,7 @@ def test_an_arc_may_be_tilted_by_the_bow_that_it_hides(sagitta: float) -> None:
 
 
 @pytest.mark.parametrize(("n", "quality"), [(4, "doubtful"), (5, "doubtful"), (6, "good")])
-def test_fewer_than_six_points_need_a_model_to_be_good(n: int, quality: str) -> None:
+def test_fewer_than_six_points_need_known_resolution_to_be_good(n: int, quality: str) -> None:
     t = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
     points = np.column_stack([5.0 * np.cos(t), 5.0 * np.sin(t), 1e-3 * np.cos(2.0 * t)])
     fit = fit_plane(points)
@@ -195,7 +195,7 @@ def test_fewer_than_six_points_need_a_model_to_be_good(n: int, quality: str) -> 
 
 
 @pytest.mark.parametrize("n", [6, 9, 20, 100])
-def test_a_straight_line_picked_on_a_flat_face_leaves_its_plane_open(n: int) -> None:
+def test_straight_line_on_flat_face_leaves_plane_undetermined(n: int) -> None:
     """Picks stray by one spacing along the face, z = 0: their plane is that face, and says nothing
     of the line's own, which is 30 degrees or more off it."""
     rng = np.random.default_rng(n)
@@ -212,7 +212,7 @@ def test_a_straight_line_picked_on_a_flat_face_leaves_its_plane_open(n: int) -> 
     assert unexplained == 0
 
 
-def test_the_width_that_is_no_evidence_is_that_of_points_that_stray_by_a_spacing() -> None:
+def test_width_within_one_spacing_of_pick_noise_is_not_evidence() -> None:
     t = np.arange(101.0)
 
     def wide(sigma: float, thin: int = 1) -> FittedPlane:
@@ -244,7 +244,7 @@ def test_the_width_that_is_no_evidence_is_that_of_points_that_stray_by_a_spacing
 
 
 @pytest.mark.parametrize("unknown", [None, 0.0, -1.0, float("nan")])
-def test_an_unknown_resolution_tilts_nothing(unknown: float | None) -> None:
+def test_unknown_resolution_gives_no_tilt(unknown: float | None) -> None:
     assert resolution_tilt_deg(GOOD, unknown) is None
     assert total_error_deg(GOOD, unknown) == governing_confidence_deg(GOOD)
     failed = fit_planes(np.zeros((2, 3)), [0, 2])[0]
@@ -252,7 +252,7 @@ def test_an_unknown_resolution_tilts_nothing(unknown: float | None) -> None:
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_a_trace_along_the_outcrop_face_is_asked_about_and_a_patch_is_not(sense: float) -> None:
+def test_trace_along_outcrop_face_gets_a_note_and_patch_does_not(sense: float) -> None:
     face = sense * np.array([np.sin(np.radians(9.0)), 0.0, np.cos(np.radians(9.0))])
     found = judged(GOOD, outcrop_normal=face)
     assert (found.quality, found.reasons) == ("good", ())
@@ -282,14 +282,14 @@ def test_three_points_are_at_most_doubtful() -> None:
     assert verdict(fit) == ("doubtful", ["plane.three-points"])
 
 
-def test_three_points_nearly_on_a_line_are_called_straight_and_promised_nothing() -> None:
+def test_three_nearly_collinear_points_are_straight_and_get_no_size_note() -> None:
     fit = fit_plane([[0, 0, 0], [5, 0.05, 0], [10, 0, 0.0]])
     found = judged(fit, resolution_m=10.0 / 50.0)
     assert [each.code for each in found.reasons] == ["plane.three-straight-points"]
     assert "plane.small" not in by_code(found.notes)
 
 
-def test_no_smaller_error_is_expected_beside_a_larger_one() -> None:
+def test_size_note_is_omitted_if_its_expected_error_is_smaller() -> None:
     assert GOOD.extent is not None
     wide = replace(GOOD, max_confidence95_deg=4.0)
     assert "plane.small" not in by_code(judged(wide, resolution_m=GOOD.extent / 50.0).notes)
@@ -302,7 +302,7 @@ def test_an_undefined_error_of_more_than_three_points_is_poor() -> None:
     assert reason(fit).values == {"n": 4}
 
 
-def test_an_almost_straight_trace_is_called_so_and_told_what_to_do() -> None:
+def test_almost_straight_trace_gets_straightness_note_and_reason() -> None:
     t = np.linspace(-1.0, 1.0, 40)
     points = np.stack([5.0 * t, 0.05 * t * t, np.zeros(40)], axis=1)
     fit = fit_plane(points + np.random.default_rng(0).normal(0.0, 0.02, (40, 3)))
@@ -312,13 +312,13 @@ def test_an_almost_straight_trace_is_called_so_and_told_what_to_do() -> None:
     assert "plane.too-straight" in reasons
 
 
-def test_the_wider_figure_counts_where_the_roughness_is_as_long_as_the_trace() -> None:
+def test_wider_error_governs_if_roughness_is_as_long_as_the_trace() -> None:
     fit = replace(GOOD, long_roughness=True, max_confidence95_deg=1.0, max_angular_error_deg=20.0)
     assert verdict(fit)[0] == "poor"
     assert verdict(replace(fit, long_roughness=False))[0] == "good"
 
 
-def test_a_patch_is_judged_by_the_wider_figure() -> None:
+def test_patch_is_judged_by_the_wider_error() -> None:
     fit = replace(GOOD, max_confidence95_deg=0.1, max_angular_error_deg=7.0)
     assert verdict(fit, kind="patch")[0] == "doubtful"
     assert verdict(fit)[0] == "good"
@@ -346,7 +346,7 @@ def test_thresholds_can_be_set() -> None:
 @pytest.mark.parametrize(
     ("kind", "code"), [("trace", "plane.uncertain"), ("patch", "plane.uncertain-patch")]
 )
-def test_the_advice_fits_the_kind_of_feature(kind: Kind, code: str) -> None:
+def test_finding_codes_depend_on_feature_kind(kind: Kind, code: str) -> None:
     wide = replace(GOOD, max_confidence95_deg=7.25)
     assert reason(wide, kind=kind) == Finding(code, error_deg=7.25, limit_deg=5.0)
     expand = replace(GOOD, max_confidence95_deg=22.4)
@@ -361,7 +361,7 @@ def test_the_advice_fits_the_kind_of_feature(kind: Kind, code: str) -> None:
     }
 
 
-def test_an_uncertain_trace_that_is_straight_gets_the_code_of_straight_ones() -> None:
+def test_uncertain_straight_trace_gets_too_straight_code() -> None:
     straight = replace(GOOD, K=1.2, max_confidence95_deg=7.25)
     expected = Finding("plane.too-straight", error_deg=7.25, limit_deg=5.0)
     assert reason(straight) == expected
@@ -385,19 +385,19 @@ def test_texts_show_the_significant_digits() -> None:
     )
 
 
-def test_a_failed_fit_is_poor_for_its_cause() -> None:
+def test_failed_fit_is_poor_with_its_cause_as_reason() -> None:
     cause = Finding("feature.too-few-points", count=1, minimum=3)
     failed = judged(replace(GOOD, error=cause))
     assert failed.quality == "poor"
     assert failed.reasons == (cause,)
 
 
-def test_a_resolution_of_nothing_is_no_resolution() -> None:
+def test_zero_or_negative_resolution_is_ignored() -> None:
     assert verdict(GOOD, resolution_m=0.0) == ("good", [])
     assert verdict(GOOD, resolution_m=-1.0) == ("good", [])
 
 
-def test_a_face_without_a_direction_is_not_compared() -> None:
+def test_face_normal_without_direction_is_ignored() -> None:
     for normal in ((0.0, 0.0, 0.0), (np.nan, 0.0, 1.0)):
         assert verdict(GOOD, outcrop_normal=normal) == ("good", [])
     tiny = reason(GOOD, outcrop_normal=1e-6 * GOOD.normal)
@@ -405,7 +405,7 @@ def test_a_face_without_a_direction_is_not_compared() -> None:
     assert tiny.values["angle_deg"] == pytest.approx(0.0, abs=0.05)
 
 
-def test_what_follows_from_a_plane_takes_the_figure_it_is_judged_by() -> None:
+def test_governing_half_angles_depend_on_feature_kind() -> None:
     fit = replace(
         GOOD,
         max_confidence95_deg=2.0,
@@ -463,7 +463,7 @@ def test_a_line_is_judged_by_its_error(angle: float, quality: str, limit_deg: fl
 
 
 @pytest.mark.parametrize(("registration", "is_most"), [(7.0, False), (7.1, True)])
-def test_a_line_uncertain_mostly_from_the_registration_has_that_reason(
+def test_line_error_mostly_from_registration_has_that_reason(
     registration: float, is_most: bool
 ) -> None:
     """From half of the variance on."""
@@ -487,7 +487,7 @@ def test_a_line_of_unknown_error_has_the_cause_as_its_reason() -> None:
     assert reasons(straight(9, 0.01)) == []
 
 
-def test_lines_off_their_plane_of_a_folded_set_or_without_their_plane_are_doubtful() -> None:
+def test_lines_off_plane_from_scattered_set_or_missing_plane_are_doubtful() -> None:
     fit = straight(9, 0.01)
 
     def found(**more: object) -> tuple[str, tuple[Finding, ...]]:

@@ -54,7 +54,7 @@ ELLIPSE = "net.ellipse-direction"
         (lambda: density([[0, 0, 1]], [[0, 0, 1]], "heat"), "unknown method 'heat'"),
     ],
 )
-def test_a_word_that_is_none_of_the_choices_is_named(ask: Callable[[], object], words: str) -> None:
+def test_invalid_choice_error_names_the_value(ask: Callable[[], object], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         ask()
 
@@ -99,14 +99,14 @@ def test_a_word_that_is_none_of_the_choices_is_named(ask: Callable[[], object], 
         (lambda: Plane.from_strike(math.nan, 10), "number.not-an-angle", {"field": "strike"}),
     ],
 )
-def test_what_has_no_answer_is_refused_with_the_reason(
+def test_undefined_results_raise_with_reason(
     ask: Callable[[], object], code: str, values: dict[str, object]
 ) -> None:
     with refused(code, GeometryError, **values):
         ask()
 
 
-def test_the_ends_of_what_is_allowed_are_allowed() -> None:
+def test_limits_of_valid_ranges_are_accepted() -> None:
     assert Plane(10, 90).vertical
     assert Plane(10, 0).undefined
     assert Line(10, -90).undefined
@@ -115,7 +115,9 @@ def test_the_ends_of_what_is_allowed_are_allowed() -> None:
 
 
 @pytest.mark.parametrize(("apart", "meet"), [(0.0099, False), (0.0101, True)])
-def test_planes_meet_from_a_hundredth_of_a_degree_on(apart: float, meet: bool) -> None:
+def test_planes_intersect_if_at_least_a_hundredth_of_a_degree_apart(
+    apart: float, meet: bool
+) -> None:
     a, b = (UncertainPlane(Plane(40, dip).normal(), None) for dip in (30.0, 30.0 + apart))
     if meet:
         line = intersection_line(a, b)
@@ -148,7 +150,7 @@ def test_a_cone_is_drawn_every_two_degrees() -> None:
 # Planes of one set
 
 
-def test_planes_scatter_by_the_root_mean_square_of_their_angles_either_way_round() -> None:
+def test_plane_scatter_is_rms_angle_independent_of_normal_sign() -> None:
     angles = np.array([0.0, 3.0, 4.0, 12.0])
     turned = np.radians(angles)
     normals = np.column_stack([np.sin(turned), 0 * turned, np.cos(turned)])
@@ -171,7 +173,7 @@ def test_a_plane_that_was_not_fitted_has_no_roughness() -> None:
     assert UncertainPlane(planes[0].normal, None).degrees_of_freedom == math.inf
 
 
-def test_the_mean_of_planes_has_hotellings_region_and_its_degrees_of_freedom() -> None:
+def test_mean_plane_has_hotelling_region_and_degrees_of_freedom() -> None:
     """Of two or three planes a round one; against scipy's F."""
     from scipy.special import fdtri
 
@@ -196,7 +198,7 @@ def test_the_mean_of_planes_has_hotellings_region_and_its_degrees_of_freedom() -
 
 
 @pytest.mark.parametrize("angle", [0.5, 20.0, 89.9, 89.95, 90.0])
-def test_a_plane_of_unknown_attitude_strays_far_and_not_to_infinity(angle: float) -> None:
+def test_deviation_of_very_uncertain_plane_stays_finite(angle: float) -> None:
     plane = uncertain_plane([0, 0, 1], [1, 0, 0], angle, 0.2)
     limit = math.tan(math.radians(min(angle, 89.9)))
     assert deviation95(plane, [1, 0, 0]) == pytest.approx(limit)

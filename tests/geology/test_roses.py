@@ -42,7 +42,7 @@ def test_every_azimuth_is_in_one_bin_and_axes_in_both_halves(
         assert rose.shares.sum() == pytest.approx(1)
 
 
-def test_a_bin_has_its_lower_edge_also_where_arithmetic_fell_short_of_it() -> None:
+def test_bin_includes_its_lower_edge_despite_rounding() -> None:
     for edge in np.arange(0.0, 360.0, 10.0):
         for azimuth in (edge, edge - 360.0, edge + 1e-12, (edge + 0.1) - 0.1, edge + 9.999):
             rose = count_rose([azimuth], is_axial=False)
@@ -52,7 +52,7 @@ def test_a_bin_has_its_lower_edge_also_where_arithmetic_fell_short_of_it() -> No
 
 @settings(deadline=None)
 @given(st.lists(st.floats(0, 359), min_size=2, max_size=30), st.booleans())
-def test_mean_and_resultant_are_those_of_scipy(found: list[float], axial: bool) -> None:
+def test_mean_and_resultant_match_scipy(found: list[float], axial: bool) -> None:
     period = 180.0 if axial else 360.0
     rose = count_rose(found, is_axial=axial)
     variance = circvar(np.array(found) % period, high=period)
@@ -75,7 +75,7 @@ def test_a_weight_counts_as_that_many_rows() -> None:
         assert weighted.total == times.sum()
 
 
-def test_opposite_directions_have_no_mean_but_opposite_ends_of_an_axis_have() -> None:
+def test_opposite_directions_have_no_mean_but_opposite_axes_do() -> None:
     assert count_rose([40.0, 220.0], is_axial=False).mean_deg is None
     axes = count_rose([40.0, 220.0], is_axial=True)
     assert axes.mean_deg == pytest.approx(40.0)
@@ -87,7 +87,7 @@ def test_opposite_directions_have_no_mean_but_opposite_ends_of_an_axis_have() ->
         assert min(mean, whole - mean) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_an_even_fan_has_even_petals_and_no_direction() -> None:
+def test_uniform_azimuths_have_equal_petals_and_no_resultant() -> None:
     rose = count_rose(np.arange(0.5, 360.0), is_axial=False)
     np.testing.assert_allclose(rose.shares, 1 / 36)
     assert rose.resultant < 1e-12
@@ -101,7 +101,7 @@ def test_rows_without_azimuth_or_weight_are_counted() -> None:
 
 
 @pytest.mark.parametrize("width", [0.0, -10.0, 7.0, 0.5, 180.0, math.nan, math.inf])
-def test_bins_that_do_not_fit_are_refused(width: float) -> None:
+def test_uneven_bins_and_negative_weights_are_rejected(width: float) -> None:
     with refused("rose.uneven-bins", UsageError, field="--bin", range_deg=180.0):
         count_bins(width)
     with refused("rose.negative-weight", UsageError, field="--weight"):
@@ -113,9 +113,7 @@ def test_bins_that_do_not_fit_are_refused(width: float) -> None:
     st.lists(st.tuples(st.floats(0, 90), st.floats(0.1, 50)), min_size=2, max_size=40),
     st.sampled_from([1.0, 5.0, 10.0, 22.5, 45.0]),
 )
-def test_dips_are_counted_as_numpy_counts_them(
-    found: list[tuple[float, float]], width: float
-) -> None:
+def test_dip_counts_match_numpy_histogram(found: list[tuple[float, float]], width: float) -> None:
     dips, weights = np.array(found).T
     got = count_histogram(dips, bin_deg=width, weights=weights)
     edges = np.arange(0.0, 90.0 + width, width)
@@ -141,7 +139,7 @@ def test_the_spread_of_dips_is_the_standard_deviation() -> None:
             count_histogram([1.0], bin_deg=wrong)
 
 
-def test_rayleighs_p_is_the_published_one() -> None:
+def test_rayleigh_p_matches_published_value() -> None:
     """The example in the documentation of astropy's `rayleightest`, and the resultant of the
     roulette wheel of Mardia & Jupp (2000), example 1.1, which is 0.711."""
     for found, axial in (([130.0, 90.0, 0.0, 145.0], False), ([65.0, 225.0, 0.0, 72.5], True)):
@@ -160,7 +158,7 @@ def test_rayleighs_p_is_the_published_one() -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("count", [4, 6, 10, 30, 49, 50, 300])
-def test_five_of_a_hundred_scatters_without_direction_are_taken_for_one(count: int) -> None:
+def test_rayleigh_p_is_uniform_for_random_directions(count: int) -> None:
     """And one of ten has p below 0.1: resultants are drawn here, without the code under test."""
     rng = np.random.default_rng(count)
     turns = np.exp(1j * rng.uniform(0.0, 2.0 * np.pi, (20_000, count)))
@@ -171,7 +169,7 @@ def test_five_of_a_hundred_scatters_without_direction_are_taken_for_one(count: i
 
 @pytest.mark.parametrize("count", first_in_default_tier([6, 8, 12, 25, 45]))
 @pytest.mark.parametrize("p", first_in_default_tier([0.2, 0.1, 0.05, 0.02]))
-def test_rayleighs_p_is_that_of_the_exact_law(count: int, p: float) -> None:
+def test_rayleigh_p_matches_exact_distribution(count: int, p: float) -> None:
     """Kluyver (1906): of n random steps of one, the chance to come no farther than r is the
     integral of r J1(r t) J0(t)^n over t."""
     t = np.linspace(0.0, 250.0, 500_001)
@@ -185,7 +183,7 @@ def test_rayleighs_p_is_that_of_the_exact_law(count: int, p: float) -> None:
     assert rayleigh_p(count, exact) == pytest.approx(p, rel=0.025)
 
 
-def test_one_alone_and_a_fan_prefer_nothing_and_a_bundle_does() -> None:
+def test_single_axis_and_fan_have_no_preferred_direction_but_bundle_does() -> None:
     assert rayleigh_p(1.0, 1.0) == 1.0
     for count in (5, 20, 49, 50, 5000):
         bundle = count_rose(np.linspace(40.0, 50.0, count), is_axial=True)
@@ -197,7 +195,7 @@ def test_one_alone_and_a_fan_prefer_nothing_and_a_bundle_does() -> None:
     assert count_rose([], is_axial=True).rayleigh_p is None
 
 
-def test_turning_all_and_the_size_of_weights_leave_the_test_as_it_is() -> None:
+def test_rayleigh_p_ignores_rotation_and_weight_scale() -> None:
     rng = np.random.default_rng(3)
     found, weights = rng.normal(30.0, 35.0, 20), rng.uniform(1.0, 9.0, 20)
     first = count_rose(found, is_axial=True, weights=weights).rayleigh_p
@@ -212,7 +210,7 @@ def test_turning_all_and_the_size_of_weights_leave_the_test_as_it_is() -> None:
     assert not heavy.has_preferred_direction
 
 
-def test_a_line_written_upward_is_the_one_that_goes_down_on_the_other_side() -> None:
+def test_upward_line_equals_opposite_downward_line() -> None:
     trends, plunges = np.array([30.0, 350.0, 210.0, 10.0]), np.array([-40.0, -5.0, 40.0, 0.0])
     assert select_angles(trends, plunges, "trend").tolist() == [210.0, 170.0, 210.0, 10.0]
     assert select_angles(trends, plunges, "plunge").tolist() == [40.0, 5.0, 40.0, 0.0]

@@ -17,7 +17,7 @@ from vomstudio.geology.rotations import pairwise_intersections, rotate_vectors, 
 
 
 @pytest.mark.parametrize(("dip_direction", "dip"), [(132, 41), (0, 90), (270, 5), (45, 0)])
-def test_the_plane_itself_becomes_horizontal(dip_direction: float, dip: float) -> None:
+def test_untilting_a_plane_by_itself_makes_it_horizontal(dip_direction: float, dip: float) -> None:
     pole = untilt(planes_to_poles(dip_direction, dip), Plane(dip_direction, dip))
     assert abs(abs(pole[2]) - 1) < 1e-12
 
@@ -31,25 +31,25 @@ def test_a_line_in_the_plane_keeps_its_angle_from_the_strike() -> None:
     assert angle_between_lines(strike, Line(0, 0)) < 1e-9
 
 
-def test_untilting_the_limb_of_an_unconformity() -> None:
+def test_untilting_unconformity_restores_limb() -> None:
     # Beds of 090/50 under an unconformity of 090/20 dipped by 30 to the east.
     older = Line.from_vector(untilt(planes_to_poles(90, 50), Plane(90, 20))).normal_plane()
     assert (older.dip_direction_deg, older.dip_deg) == (pytest.approx(90), pytest.approx(30))
 
 
-def test_a_turn_about_the_vertical_is_a_turn_of_the_compass() -> None:
+def test_rotation_about_vertical_only_changes_trends() -> None:
     line = Line.from_vector(rotate_vectors(Line(40, 20).vector(), Line(0, 90), 30))
     assert (line.trend_deg, line.plunge_deg) == (pytest.approx(70), pytest.approx(20))
 
 
-def test_turning_back_gives_what_was() -> None:
+def test_inverse_rotation_restores_vectors() -> None:
     v = lines_to_vectors([10, 120, 300], [5, 40, 80])
     there = rotate_vectors(v, Line(77, 33), 64)
     np.testing.assert_allclose(rotate_vectors(there, Line(77, 33), -64), v, atol=1e-12)
     np.testing.assert_allclose(there @ there.T, v @ v.T, atol=1e-12)
 
 
-def test_each_two_planes_meet_in_their_intersection() -> None:
+def test_pairwise_intersections_match_single_intersections() -> None:
     found = pairwise_intersections(planes_to_poles([90, 200, 330], [30, 60, 45]))
     wanted = [(0, 1), (0, 2), (1, 2)]
     planes = [Plane(90, 30), Plane(200, 60), Plane(330, 45)]
@@ -59,5 +59,5 @@ def test_each_two_planes_meet_in_their_intersection() -> None:
         )
 
 
-def test_parallel_planes_meet_nowhere() -> None:
+def test_parallel_planes_have_no_intersection() -> None:
     assert len(pairwise_intersections(planes_to_poles([90, 90, 90.2], [30, 30, 30]))) == 0

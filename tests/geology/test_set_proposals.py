@@ -91,7 +91,7 @@ def test_sets_are_found_within_a_degree(name: str, seed: int) -> None:
 
 
 @pytest.mark.full
-def test_five_wide_sets_among_clutter_are_told_apart() -> None:
+def test_five_wide_sets_among_clutter_are_separated() -> None:
     sets = [(40, 70), (100, 80), (160, 60), (250, 15), (300, 50)]
     right = 0
     for seed in range(16):
@@ -101,7 +101,7 @@ def test_five_wide_sets_among_clutter_are_told_apart() -> None:
     assert right >= 14
 
 
-def test_the_cone_of_a_set_among_clutter_holds_its_mean() -> None:
+def test_cone_of_set_among_clutter_contains_true_mean_in_95_percent() -> None:
     from vomstudio.geology.sets.proposals import propose_sets_of_poles
 
     held, sets = [], [(40.0, 70.0, 50.0, 40), (130.0, 85.0, 50.0, 40), (250.0, 15.0, 50.0, 40)]
@@ -118,7 +118,7 @@ def test_the_cone_of_a_set_among_clutter_holds_its_mean() -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("shape", ["disc", "heavy tails"])
-def test_a_wide_set_of_another_shape_is_not_split(shape: str) -> None:
+def test_wide_non_fisher_set_is_not_split(shape: str) -> None:
     for seed in range(3):
         chance = np.random.default_rng(seed)
         if shape == "disc":
@@ -133,13 +133,13 @@ def test_a_wide_set_of_another_shape_is_not_split(shape: str) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_an_even_scatter_has_no_sets(seed: int) -> None:
+def test_uniform_scatter_has_no_sets(seed: int) -> None:
     found, _ = propose_clusters(scatter(300, np.random.default_rng(seed)), 8)
     assert found.k == 0
     assert (found.most_probable_clusters() == -1).all()
 
 
-def test_a_set_that_is_longer_than_wide_stays_one() -> None:
+def test_elongated_set_is_not_split() -> None:
     chance = np.random.default_rng(3)
     direction = 100 + chance.normal(0, 15, 300)
     poles = planes_to_poles(direction, 50 + chance.normal(0, 3, 300))
@@ -148,7 +148,7 @@ def test_a_set_that_is_longer_than_wide_stays_one() -> None:
 
 
 @pytest.mark.full
-def test_turning_the_world_turns_the_sets() -> None:
+def test_rotation_about_vertical_rotates_sets_and_keeps_members() -> None:
     chance = np.random.default_rng(4)
     poles = np.vstack([*(cluster(of, chance) for of in CASES["three"][0]), scatter(50, chance)])
     c, s = np.cos(np.radians(30)), np.sin(np.radians(30))
@@ -163,7 +163,7 @@ def test_turning_the_world_turns_the_sets() -> None:
 
 
 @pytest.mark.full
-def test_a_number_that_is_asked_for_is_met_as_far_as_sets_can_be_told_apart() -> None:
+def test_requested_number_of_sets_is_returned_if_possible() -> None:
     from vomstudio.geology.sets.proposals import propose_sets_of_poles
 
     chance = np.random.default_rng(8)
@@ -184,7 +184,7 @@ def test_a_number_that_is_asked_for_is_met_as_far_as_sets_can_be_told_apart() ->
     }
 
 
-def test_no_more_sets_than_allowed_and_seeds_keep_their_order() -> None:
+def test_set_count_respects_maximum_and_seeds_keep_order() -> None:
     chance = np.random.default_rng(5)
     sets = CASES["clutter"][0]
     poles = np.vstack([*(cluster(of, chance) for of in sets), scatter(100, chance)])
@@ -195,7 +195,7 @@ def test_no_more_sets_than_allowed_and_seeds_keep_their_order() -> None:
         assert off_deg(poles[found.most_probable_clusters() == j], of) < 1.0
 
 
-def test_the_spacing_of_planes_a_known_distance_apart() -> None:
+def test_spacing_matches_planes_a_known_distance_apart() -> None:
     chance = np.random.default_rng(6)
     normal = -planes_to_poles(70, 60).ravel()
     along = np.linalg.svd(normal[None])[2][1:]
@@ -207,7 +207,7 @@ def test_the_spacing_of_planes_a_known_distance_apart() -> None:
     assert spacing_along_normal(normal, None) == (None, None)
 
 
-def test_ten_planes_in_three_clusters_are_three_sets() -> None:
+def test_ten_planes_in_three_clusters_give_three_sets() -> None:
     chance = np.random.default_rng(39)
     for _ in range(10):
         sets: list[Set] = [(30, 80, 200, 4), (120, 70, 200, 3), (230, 20, 200, 3)]
@@ -217,13 +217,13 @@ def test_ten_planes_in_three_clusters_are_three_sets() -> None:
         assert [len(set(groups[i:j].tolist())) for i, j in ((0, 4), (4, 7), (7, 10))] == [1, 1, 1]
 
 
-def test_few_scattered_planes_are_seldom_a_set() -> None:
+def test_few_scattered_planes_rarely_form_a_set() -> None:
     chance = np.random.default_rng(39)
     found = [propose_clusters(scatter(10, chance), 8)[0].k > 0 for _ in range(100)]
     assert np.mean(found) < 0.2
 
 
-def test_groups_by_chance_are_those_of_a_simulation() -> None:
+def test_expected_random_groups_match_simulation() -> None:
     """The number of triples within 20 degrees of each other among 12 scattered poles."""
     chance = np.random.default_rng(39)
     least = np.cos(np.radians(20))
@@ -238,7 +238,7 @@ def test_groups_by_chance_are_those_of_a_simulation() -> None:
     assert np.mean(counts) == pytest.approx(expected, rel=0.15)
 
 
-def test_bedding_of_big_elk_is_two_limbs(data_dir: Path) -> None:
+def test_big_elk_bedding_has_two_limbs(data_dir: Path) -> None:
     from vomstudio.geology.sets.proposals import propose_sets
     from vomstudio.io.gate.orientation_files import read_orientations
 

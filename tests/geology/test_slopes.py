@@ -56,7 +56,7 @@ def some_face(seed: int, limits: str) -> SlopeFace:
 
 @pytest.mark.parametrize("limits", ["curved", "straight"])
 @pytest.mark.parametrize("seed", range(12))
-def test_planes_fail_where_mplstereonet_says_so(
+def test_critical_planes_match_mplstereonet(
     kinematic_analysis: Any, seed: int, limits: str
 ) -> None:
     azimuth, dip = many_planes(seed)
@@ -74,7 +74,7 @@ def test_planes_fail_where_mplstereonet_says_so(
 
 
 @pytest.mark.parametrize("seed", range(0, 12, 2))
-def test_wedges_are_those_of_mplstereonet(
+def test_critical_wedges_match_mplstereonet(
     mplstereonet: Any, kinematic_analysis: Any, seed: int
 ) -> None:
     azimuth, dip = many_planes(seed)
@@ -121,7 +121,7 @@ def test_direct_toppling_is_counted_over_all_pairs() -> None:
     assert found.toppling[0] == counted > 0
 
 
-def test_turning_the_world_and_the_face_changes_nothing() -> None:
+def test_rotating_planes_and_face_together_changes_nothing() -> None:
     azimuth, dip = many_planes(4)
     face = some_face(4, "straight")
     turned = SlopeFace(Plane(face.plane.dip_direction_deg + 30, face.plane.dip_deg), face.options)
@@ -131,13 +131,13 @@ def test_turning_the_world_and_the_face_changes_nothing() -> None:
     assert count_pairs(face, one[None]) == count_pairs(turned, other[None])
 
 
-def test_a_vertical_plane_topples_whichever_way_it_is_written() -> None:
+def test_toppling_of_vertical_plane_ignores_dip_direction_sign() -> None:
     face = SlopeFace(Plane(90, 70), SlopeOptions(30))
     normals = to_face_frame(face, planes_to_normals([90, 270], [90, 90]))
     assert flexural_toppling(face, normals).critical.all()
 
 
-def test_limits_themselves_are_critical() -> None:
+def test_orientations_exactly_at_the_limits_are_critical() -> None:
     face = SlopeFace(Plane(90, 70), SlopeOptions(30))
     normals = to_face_frame(face, planes_to_normals([90, 90, 90, 90], [30, 70, 29.999, 70.001]))
     assert planar_sliding(face, normals).critical.tolist() == [True, True, False, False]
@@ -171,7 +171,7 @@ def test_intersections_of_many_planes_take_little_memory() -> None:
     assert peak < 60e6
 
 
-def test_a_wedge_daylights_where_it_is_flatter_than_the_face_in_its_direction() -> None:
+def test_wedge_daylights_if_flatter_than_apparent_dip_of_face() -> None:
     """The apparent dip of the face along the trend of the wedge is the limit (Hoek & Bray 1981)."""
     face = SlopeFace(Plane(120, 65), SlopeOptions(20))
     for turn in (0, 30, 60):
@@ -193,13 +193,13 @@ def test_a_wedge_daylights_where_it_is_flatter_than_the_face_in_its_direction() 
         ("90/70", 30, 91, "--lateral"),
     ],
 )
-def test_angles_that_cannot_be_are_refused(face, friction, lateral, field) -> None:
+def test_invalid_angles_are_rejected(face, friction, lateral, field) -> None:
     with pytest.raises(UsageError) as refused:
         slope_face(face, SlopeOptions(friction, lateral))
     assert refused.value.field == field
 
 
-def test_another_form_of_limits_is_refused() -> None:
+def test_unknown_limit_shape_is_rejected() -> None:
     with pytest.raises(UsageError) as refused:
         SlopeFace(Plane(90, 70), SlopeOptions(30, 20, "round"))
     assert refused.value.code == "option.not-a-choice"
@@ -207,7 +207,7 @@ def test_another_form_of_limits_is_refused() -> None:
         Plane(90, 120)
 
 
-def test_planes_of_critical_intersections_are_counted_one_by_one() -> None:
+def test_critical_pair_members_match_leave_one_out_counts() -> None:
     azimuth, dip = many_planes(4, 40)
     face = some_face(4, "curved")
     normals = to_face_frame(face, planes_to_normals(azimuth, dip))

@@ -47,7 +47,7 @@ def test_big_elk_has_its_published_tensor(big_elk: tuple[np.ndarray, np.ndarray]
     assert vollmer(values) == tuple(pytest.approx(v, abs=6e-5) for v in (0.2376, 0.5904, 0.1720))
 
 
-def test_the_tensor_is_that_of_its_definition() -> None:
+def test_orientation_tensor_matches_its_definition() -> None:
     rng = np.random.default_rng(1)
     v = rng.normal(size=(50, 3))
     v /= np.linalg.norm(v, axis=1)[:, None]
@@ -57,7 +57,7 @@ def test_the_tensor_is_that_of_its_definition() -> None:
     assert (axes[:, 2] <= 0).all()
 
 
-def test_eigenvectors_agree_with_mplstereonet_whose_eigenvalues_sum_to_more(
+def test_eigenvectors_match_mplstereonet_after_eigenvalue_correction(
     mplstereonet: Any, big_elk: tuple[np.ndarray, np.ndarray]
 ) -> None:
     dip_direction, dip = big_elk
@@ -76,7 +76,7 @@ def test_eigenvectors_agree_with_mplstereonet_whose_eigenvalues_sum_to_more(
     st.lists(st.tuples(st.floats(0, 360), st.floats(0, 90)), min_size=1, max_size=20),
     st.lists(st.booleans(), min_size=20, max_size=20),
 )
-def test_the_tensor_cares_for_axes_not_for_signs(
+def test_orientation_tensor_ignores_vector_signs(
     orientations: list[tuple[float, float]], flips: list[bool]
 ) -> None:
     v = lines_to_vectors(*np.array(orientations).T)
@@ -86,7 +86,7 @@ def test_the_tensor_cares_for_axes_not_for_signs(
     )
 
 
-def test_shapes_of_the_three_pure_fabrics() -> None:
+def test_fabric_shapes_of_three_end_members() -> None:
     cluster, girdle, uniform = [1, 0, 0], [0.5, 0.5, 0], [1 / 3, 1 / 3, 1 / 3]
     assert vollmer(cluster) == (1, 0, 0)
     assert vollmer(girdle) == (0, 1, 0)
@@ -101,14 +101,14 @@ def test_shapes_of_the_three_pure_fabrics() -> None:
     assert woodcock([4 / 7, 2 / 7, 1 / 7]) == (pytest.approx(1), pytest.approx(math.log(4)))
 
 
-def test_planes_measured_either_way_round_have_the_mean_between_them() -> None:
+def test_mean_of_opposite_dipping_planes_is_between_them() -> None:
     # Two nearly vertical planes that dip to opposite sides: vectors would average to nonsense.
     mean = axial_mean(planes_to_poles([90, 270], [88, 88])).normal_plane()
     assert mean.dip_deg == pytest.approx(90)
     assert mean.strike_rhr_deg % 180 == pytest.approx(0, abs=1e-9)
 
 
-def test_an_even_girdle_has_no_mean() -> None:
+def test_uniform_girdle_has_no_mean() -> None:
     with refused("orientation.no-mean", GeometryError):
         axial_mean(lines_to_vectors([0, 60, 120], [0, 0, 0]))
 
@@ -116,7 +116,7 @@ def test_an_even_girdle_has_no_mean() -> None:
 # Fisher
 
 
-def test_fisher_of_directions_follows_the_closed_forms() -> None:
+def test_directed_fisher_statistics_match_closed_forms() -> None:
     result = fisher(DIRECTIONS, is_directed=True)
     n = len(DIRECTIONS)
     total = DIRECTIONS.sum(axis=0)
@@ -163,7 +163,7 @@ def test_directed_means_may_point_up() -> None:
     assert stats["axial"] is False
 
 
-def test_alpha95_holds_the_true_mean_as_often_as_it_says() -> None:
+def test_alpha95_contains_true_mean_in_95_percent_of_runs() -> None:
     rng = np.random.default_rng(11)
     truth = np.array([0, 0, 1.0])
     runs, held = 2000, 0
@@ -176,7 +176,7 @@ def test_alpha95_holds_the_true_mean_as_often_as_it_says() -> None:
     assert abs(held - 0.95 * runs) < 4 * math.sqrt(runs * 0.95 * 0.05)
 
 
-def test_identical_directions_have_an_infinite_kappa_and_no_error() -> None:
+def test_identical_directions_have_infinite_kappa_and_zero_alpha95() -> None:
     stats = set_statistics(planes_to_poles([132] * 4, [41] * 4)).to_dict()
     assert stats["fisher"]["kappa"] is None  # type: ignore[index]
     assert stats["fisher"]["alpha95_deg"] == pytest.approx(0, abs=1e-6)  # type: ignore[index]
@@ -187,7 +187,7 @@ def test_identical_directions_have_an_infinite_kappa_and_no_error() -> None:
 # Where Fisher does not speak
 
 
-def test_a_girdle_gets_no_fisher_mean_but_a_reason(
+def test_girdle_gets_reason_instead_of_fisher_mean(
     big_elk: tuple[np.ndarray, np.ndarray],
 ) -> None:
     stats = set_statistics(planes_to_poles(*big_elk)).to_dict()
@@ -198,7 +198,7 @@ def test_a_girdle_gets_no_fisher_mean_but_a_reason(
     assert reason["girdle"] > reason["point"]
 
 
-def test_a_uniform_scatter_gets_no_fisher_mean_but_a_reason() -> None:
+def test_uniform_scatter_gets_reason_instead_of_fisher_mean() -> None:
     v = np.random.default_rng(5).normal(size=(50, 3))
     reason = no_fisher_reason(v, is_directed=False)
     assert reason is not None
@@ -206,7 +206,7 @@ def test_a_uniform_scatter_gets_no_fisher_mean_but_a_reason() -> None:
     assert reason.values["random"] > reason.values["point"]
 
 
-def test_a_single_plane_gets_no_fisher_mean_but_a_reason() -> None:
+def test_single_plane_gets_reason_instead_of_fisher_mean() -> None:
     stats = set_statistics(planes_to_poles([132], [41])).to_dict()
     assert stats["fisher"] is None
     assert stats["fisher_reason"] == Finding("fisher.single").to_dict()
@@ -251,7 +251,7 @@ def test_clusters_get_their_fisher_mean() -> None:
     st.lists(st.tuples(st.floats(0, 360), st.floats(0, 90)), min_size=1, max_size=12),
     st.booleans(),
 )
-def test_the_object_is_always_sound_json(
+def test_statistics_always_serialize_to_valid_json(
     orientations: list[tuple[float, float]], directed: bool
 ) -> None:
     stats = set_statistics(lines_to_vectors(*np.array(orientations).T), "lines", directed).to_dict()
@@ -261,12 +261,12 @@ def test_the_object_is_always_sound_json(
 
 
 @pytest.mark.parametrize("vectors", [np.zeros((0, 3)), np.zeros((2, 3)), [[np.nan, 0, 1]]])
-def test_no_orientations_and_no_directions_are_refused(vectors: np.ndarray) -> None:
+def test_empty_input_and_null_directions_are_rejected(vectors: np.ndarray) -> None:
     with pytest.raises(GeometryError):
         set_statistics(vectors)
 
 
-def test_turning_the_world_turns_the_mean() -> None:
+def test_rotation_about_vertical_rotates_the_mean() -> None:
     v = planes_to_poles([130, 135, 128, 140], [40, 44, 39, 42])
     before = axial_mean(v)
     after = axial_mean(planes_to_poles([190, 195, 188, 200], [40, 44, 39, 42]))

@@ -27,14 +27,14 @@ projections = st.sampled_from(nets.PROJECTIONS)
 
 
 @pytest.mark.parametrize("projection", nets.PROJECTIONS)
-def test_north_is_on_top_and_down_is_in_the_middle(projection: str) -> None:
+def test_north_plots_at_top_and_vertical_line_at_center(projection: str) -> None:
     vectors = lines_to_vectors([0, 90, 180, 270, 0], [0, 0, 0, 0, 90])
     np.testing.assert_allclose(
         nets.project(vectors, projection), [[0, 1], [1, 0], [0, -1], [-1, 0], [0, 0]], atol=1e-15
     )
 
 
-def test_radii_are_those_of_the_two_projections() -> None:
+def test_radii_match_both_projections() -> None:
     half = math.radians((90 - 30) / 2)
     assert nets.project(Line(90, 30).vector(), "area")[0, 0] == pytest.approx(
         math.sqrt(2) * math.sin(half)
@@ -67,7 +67,7 @@ def test_equal_angle_turns_every_cone_into_a_circle() -> None:
     np.testing.assert_allclose(np.stack([x, y, np.ones_like(x)], 1) @ solution, x**2 + y**2)
 
 
-def test_upward_vectors_are_shown_by_their_lower_end_and_stay_as_they_were() -> None:
+def test_upward_vectors_plot_at_lower_end_and_input_is_unchanged() -> None:
     v = np.array([[0.3, 0.4, 0.5]])
     before = v.copy()
     np.testing.assert_allclose(nets.project(v), nets.project(-v))
@@ -92,7 +92,7 @@ def test_projection_agrees_with_mplstereonet(mplstereonet: Any, projection: str)
 
 
 @given(azimuths, steeps)
-def test_longitude_and_latitude_give_the_line_again(trend: float, plunge: float) -> None:
+def test_longitude_and_latitude_round_trip_to_line(trend: float, plunge: float) -> None:
     vector = Line(trend, plunge).vector()
     before = vector.copy()
     for sign in (1.0, -1.0):
@@ -116,7 +116,7 @@ def test_a_grid_covers_the_lower_hemisphere_to_its_rim() -> None:
 
 
 @given(azimuths, steeps, projections)
-def test_a_click_finds_the_line_again(trend: float, plunge: float, projection: str) -> None:
+def test_clicked_position_round_trips_to_line(trend: float, plunge: float, projection: str) -> None:
     line = Line(trend, plunge)
     x, y = nets.project(line.vector(), projection)[0]
     back = nets.line_at(float(x), float(y), projection)
@@ -124,13 +124,13 @@ def test_a_click_finds_the_line_again(trend: float, plunge: float, projection: s
     assert angle_between_lines(line, back) < 1e-5
 
 
-def test_a_click_outside_the_net_is_no_line() -> None:
+def test_click_outside_net_gives_no_line() -> None:
     assert nets.line_at(0.8, 0.8) is None
     assert np.isnan(nets.project([[0, 0, 0.0]])).all()
 
 
 @given(azimuths, st.floats(0.01, 90))
-def test_a_great_circle_holds_lines_of_its_plane_from_rim_to_rim(
+def test_great_circle_contains_lines_of_its_plane_from_rim_to_rim(
     dip_direction: float, dip: float
 ) -> None:
     plane = Plane(dip_direction, dip)
@@ -182,7 +182,7 @@ def test_the_ellipse_of_a_pole_reaches_its_semi_axes() -> None:
 
 
 @pytest.mark.parametrize("rake_deg", [0.0, 30.0, 90.0, 140.0])
-def test_the_ellipse_of_a_straight_trace_is_long_across_it(rake_deg: float) -> None:
+def test_pole_ellipse_of_straight_trace_is_elongated_across_the_trace(rake_deg: float) -> None:
     """The plane turns about the trace, so that its normal stays perpendicular to it."""
     plane = Plane(130, 40)
     trace = line_from_rake(plane, rake_deg).vector()
@@ -208,6 +208,6 @@ def test_the_ellipse_of_a_steep_plane_is_split_at_the_rim() -> None:
     assert [p[i, 2] for p in parts for i in (0, -1)] == pytest.approx([0.0] * 4, abs=1e-9)
 
 
-def test_cones_and_ellipses_without_a_shape_are_refused() -> None:
+def test_ellipse_with_parallel_axes_is_rejected() -> None:
     with pytest.raises(GeometryError):
         nets.confidence_ellipse([0, 0, -1], [0, 0, 1], 5, 2)

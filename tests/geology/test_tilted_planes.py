@@ -26,7 +26,7 @@ def table(rows, names=ERRORS, comments=()):
 
 
 @pytest.mark.parametrize("dip", [28.0, 30.0, 33.0, 67.0, 71.0])
-def test_the_probability_of_a_plane_is_that_of_its_dip(dip: float) -> None:
+def test_planar_probability_follows_from_dip_error(dip: float) -> None:
     """Its dip strays by 5 degrees (95 %, joint), its strike hardly: between 30 and 70 it slides."""
     found = table_slope(
         table([(90.0, dip, 5.0, 0.01, 90.0)]), slope_face("90/70", SlopeOptions(30.0))
@@ -36,14 +36,14 @@ def test_the_probability_of_a_plane_is_that_of_its_dip(dip: float) -> None:
     assert found.planar.probability == pytest.approx(expected, abs=0.02)
 
 
-def test_a_strike_that_strays_leaves_the_dip_alone() -> None:
+def test_strike_error_does_not_change_the_dip() -> None:
     found = table_slope(
         table([(90.0, 32.0, 5.0, 0.01, 0.0)]), slope_face("90/70", SlopeOptions(30.0))
     )
     assert found.planar.probability == pytest.approx(1.0, abs=0.01)
 
 
-def test_the_probability_of_a_wedge_is_that_of_its_line() -> None:
+def test_wedge_probability_follows_from_intersection_error() -> None:
     """Against the propagated error of the line, where the friction angle alone limits it."""
     rows = [(40.0, 60.0, 3.0, 1.0, 70.0), (140.0, 55.0, 4.0, 2.0, 20.0)]
     planes = [Plane(row[0], row[1]) for row in rows]
@@ -68,7 +68,7 @@ def test_the_probability_of_a_wedge_is_that_of_its_line() -> None:
     assert found.wedge.probability == pytest.approx(norm.sf(0.4), abs=0.02)
 
 
-def test_without_errors_there_is_no_probability() -> None:
+def test_probability_is_none_without_errors() -> None:
     found = table_slope(
         table([(90.0, 45.0), (30.0, 60.0)], ERRORS[:2]), slope_face("90/70", SlopeOptions(30.0))
     )
@@ -91,7 +91,7 @@ def test_the_same_table_gives_the_same_probability() -> None:
     assert table_slope(given, face) == table_slope(given, face)
 
 
-def test_the_total_error_widens_that_of_the_fit() -> None:
+def test_total_error_replaces_smaller_fit_error() -> None:
     names = (*ERRORS, "total95_deg")
     found = table_slope(
         table([(90.0, 33.0, 3.0, 3.0, 0.0, 5.0)], names), slope_face("90/70", SlopeOptions(30.0))
@@ -99,7 +99,7 @@ def test_the_total_error_widens_that_of_the_fit() -> None:
     assert found.planar.probability == pytest.approx(norm.cdf(3.0 / (5.0 / CHI)), abs=0.01)
 
 
-def test_a_registration_tilts_its_planes_together() -> None:
+def test_registration_error_tilts_planes_of_one_model_together() -> None:
     """Two planes that meet in a horizontal line at the limit: it rises or falls as one, so that the
     wedge is critical in half of the draws, and planar shares are those of the dip."""
     names = ("dip_direction", "dip", "registration_error_deg", "model")
@@ -121,7 +121,7 @@ def test_a_registration_tilts_its_planes_together() -> None:
         (("dip_error_deg",), (5.0,)),
     ],
 )
-def test_tables_that_say_less_have_probabilities_too(names, row) -> None:
+def test_tables_with_fewer_error_columns_have_probabilities(names, row) -> None:
     """Without the rake of the larger error it may be that of the dip."""
     found = table_slope(
         table([(90.0, 33.0, *row)], ("dip_direction", "dip", *names)),
@@ -130,7 +130,7 @@ def test_tables_that_say_less_have_probabilities_too(names, row) -> None:
     assert found.planar.probability == pytest.approx(norm.cdf(3.0 / (5.0 / CHI)), abs=0.01)
 
 
-def test_an_error_of_the_dip_direction_alone_turns_the_plane_about_the_vertical() -> None:
+def test_dip_direction_error_alone_rotates_plane_about_vertical() -> None:
     """At the edge of a straight lateral limit half of the drawn planes are inside."""
     names = ("dip_direction", "dip", "dip_error_deg", "dip_direction_error_deg")
     found = table_slope(

@@ -31,7 +31,7 @@ def _errors(own: np.ndarray) -> OrientationErrors:
 
 @pytest.mark.parametrize("natural", first_in_default_tier([0.0, 2.0, 5.0], 1))
 @pytest.mark.parametrize("n", first_in_default_tier([2, 3, 4, 5, 8], 1))
-def test_means_of_few_weighted_planes_hold_or_are_not_told(n: int, natural: float) -> None:
+def test_weighted_means_of_few_planes_have_calibrated_cones_or_none(n: int, natural: float) -> None:
     """Errors of half a degree and of ten, with and without a scatter by nature, which so few do not
     always show."""
     rng = np.random.default_rng([n, int(natural)])
@@ -53,7 +53,7 @@ def test_means_of_few_weighted_planes_hold_or_are_not_told(n: int, natural: floa
     assert held / told >= 0.93 - 3.0 * math.sqrt(0.05 * 0.95 / told)
 
 
-def test_a_mean_that_few_planes_decide_says_why_it_has_no_cone() -> None:
+def test_mean_dominated_by_few_planes_has_reason_instead_of_cone() -> None:
     own = np.radians([0.5, 10.0, 10.0, 10.0, 10.0])
     v = TRUTH + own[:, None] * np.random.default_rng(3).normal(size=(5, 3))
     found = set_statistics(v, errors=_errors(own))
@@ -73,7 +73,7 @@ def test_a_mean_that_few_planes_decide_says_why_it_has_no_cone() -> None:
     assert weighted.alpha95_deg == pytest.approx(plain.alpha95_deg)
 
 
-def test_few_directions_are_not_called_elongated() -> None:
+def test_fewer_than_12_directions_have_no_kent_distribution() -> None:
     """So few show that they are elongated where they happen to lie in a line, and their region is
     then too narrow across it."""
     rng = np.random.default_rng(4)
@@ -85,7 +85,7 @@ def test_few_directions_are_not_called_elongated() -> None:
 
 
 @pytest.mark.full
-def test_kents_region_holds_of_as_few_as_have_one() -> None:
+def test_kent_region_is_calibrated_at_minimum_sample_size() -> None:
     rng = np.random.default_rng(5)
     held = told = 0
     for _ in range(300):
@@ -104,7 +104,7 @@ def test_kents_region_holds_of_as_few_as_have_one() -> None:
     assert held >= 0.91 * told
 
 
-def test_the_region_of_an_axis_is_the_cone_of_its_direction_cosines() -> None:
+def test_axis_region_uses_sine_of_the_half_angle() -> None:
     """Anderson's (1963) region of a principal axis is an ellipse of the sines of the angles to the
     others: of a round tensor's first axis (a cluster, variances s along both) with F in place of
     chi-square sin(reach)^2 = 2 F s^2 / n, where its tangent would fall short."""
@@ -127,7 +127,7 @@ def test_the_region_of_an_axis_is_the_cone_of_its_direction_cosines() -> None:
     assert math.sin(math.radians(region.max_deg)) == pytest.approx(reach, rel=1e-9)
 
 
-def test_an_axis_that_may_point_anywhere_along_a_way_says_ninety_degrees() -> None:
+def test_axis_unconstrained_in_one_direction_has_90_degree_half_angle() -> None:
     """Where the sine reaches one; the tangent said 45 degrees there."""
     # Half-angles by the closed form, F(2, 3) being 3/2 (20^(2/3) - 1).
     f95 = 1.5 * (20.0 ** (2.0 / 3.0) - 1.0)

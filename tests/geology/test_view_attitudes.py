@@ -33,13 +33,13 @@ EAST, NORTH, UP = np.eye(3)
         ([0, 30, 0], EAST, [0, 0.5, -np.sqrt(0.75)], [0, np.sqrt(0.75), 0.5]),
     ],
 )
-def test_what_the_angles_mean(angles, right, down, forward) -> None:
+def test_angles_give_expected_camera_axes(angles, right, down, forward) -> None:
     rotation = camera_rotations([angles])[0]
     np.testing.assert_allclose(rotation, np.column_stack([right, down, forward]), atol=1e-12)
 
 
 @given(st.floats(-180, 360), st.floats(-89.9, 89.9), st.floats(-180, 180))
-def test_a_gimbal_turns_about_down_then_right_then_ahead(yaw, pitch, roll) -> None:
+def test_yaw_pitch_roll_matches_aircraft_convention(yaw, pitch, roll) -> None:
     """The convention of DJI and of aircraft, whose axes are ahead, right and down."""
     body = Rotation.from_euler("ZYX", [yaw, pitch, roll], degrees=True).as_matrix()
     camera = NED @ body[:, [1, 2, 0]]
@@ -49,7 +49,7 @@ def test_a_gimbal_turns_about_down_then_right_then_ahead(yaw, pitch, roll) -> No
 
 
 @pytest.mark.parametrize("pitch", [-90.0, 90.0])
-def test_views_along_the_vertical_come_back(pitch: float) -> None:
+def test_vertical_views_round_trip_with_zero_roll(pitch: float) -> None:
     for yaw, roll in ((30.0, 0.0), (200.0, 50.0), (10.0, 180.0)):
         camera = camera_rotations([[yaw, pitch, roll]])
         angles = view_angles(camera)
@@ -67,12 +67,12 @@ def test_views_along_the_vertical_come_back(pitch: float) -> None:
         ([40, 60, 0], [40, -30, 0]),
     ],
 )
-def test_an_aircraft_that_looks_down(body, view) -> None:
+def test_nadir_camera_of_aircraft_gives_expected_view_angles(body, view) -> None:
     found = nadir_to_view_angles([body])
     np.testing.assert_allclose(camera_rotations(found), camera_rotations([view]), atol=1e-9)
 
 
-def test_an_aircraft_that_banks_looks_aside() -> None:
+def test_nadir_camera_looks_left_if_aircraft_banks_right() -> None:
     """The right wing is lowered by 20 degrees: the camera below looks to the left, and the top of
     the photo stays ahead."""
     right, down, forward = camera_rotations(nadir_to_view_angles([[0, 0, 20]]))[0].T
@@ -82,7 +82,7 @@ def test_an_aircraft_that_banks_looks_aside() -> None:
     np.testing.assert_allclose(right, [c, 0, -s], atol=1e-12)
 
 
-def test_the_vertical_and_an_azimuth_make_an_attitude() -> None:
+def test_vertical_and_azimuth_determine_camera_attitude() -> None:
     rng = np.random.default_rng(0)
     angles = np.column_stack(
         [rng.uniform(0, 360, 50), rng.uniform(-80, 80, 50), rng.uniform(-180, 180, 50)]

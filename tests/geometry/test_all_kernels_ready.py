@@ -17,13 +17,13 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_what_was_noted_is_known() -> None:
+def test_recorded_compilation_is_detected() -> None:
     assert not compilation_state.is_compilation_recorded()
     compilation_state.record_compilation()
     assert compilation_state.is_compilation_recorded()
 
 
-def test_another_machine_and_another_program_are_not_meant(
+def test_record_is_invalid_for_other_machine_or_changed_source(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     package = tmp_path / "package"
@@ -41,7 +41,7 @@ def test_another_machine_and_another_program_are_not_meant(
     assert not compilation_state.is_compilation_recorded()
 
 
-def test_a_folder_that_cannot_be_written_is_no_trouble(kept: Path) -> None:
+def test_unwritable_folder_is_ignored(kept: Path) -> None:
     kept.write_text("no folder")
     compilation_state.record_compilation()
     assert not compilation_state.is_compilation_recorded()

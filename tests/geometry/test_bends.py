@@ -40,7 +40,7 @@ def test_a_cylinder_bends_by_the_angle_of_its_arc(radius: float, turned: bool) -
     assert found == pytest.approx(arc, rel=0.04)
 
 
-def test_noise_and_waves_shorter_than_the_face_are_no_bend() -> None:
+def test_noise_and_waves_shorter_than_the_face_are_not_bends() -> None:
     rng = np.random.default_rng(3)
     told = [
         measure_bend(face(rng.normal(0.0, 0.01, (30, 30))), (0.0, 0.0, 1.0)) for _ in range(200)
@@ -51,7 +51,7 @@ def test_noise_and_waves_shorter_than_the_face_are_no_bend() -> None:
     assert measure_bend(waves, (0.0, 0.0, 1.0)) is None
 
 
-def test_few_points_and_planes_tell_none() -> None:
+def test_few_points_and_planes_have_no_bend() -> None:
     x, _ = grid(6)
     assert measure_bend(face(x * x), (0.0, 0.0, 1.0)) is None
     assert measure_bend(np.zeros((100, 3)), (0.0, 0.0, 1.0)) is None
@@ -60,7 +60,7 @@ def test_few_points_and_planes_tell_none() -> None:
     assert measure_bend(np.zeros((0, 3)), (0.0, 0.0, 1.0)) is None
 
 
-def test_the_verdict_tells_that_a_bent_face_is_local_and_stays_what_it_is() -> None:
+def test_bent_face_gets_a_note_and_keeps_its_verdict() -> None:
     x, _ = grid()
     points = face(x * x / 20.0 + np.random.default_rng(1).normal(0.0, 1e-3, x.shape))
     known = moments(points)

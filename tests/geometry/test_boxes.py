@@ -27,7 +27,7 @@ def some_boxes(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     return low, low + rng.uniform(0.2, 3.0, (count, 3))
 
 
-def test_the_box_of_points_holds_them_and_touches_the_outermost() -> None:
+def test_box_of_points_is_tight() -> None:
     points = np.random.default_rng(0).normal(size=(60, 3)) * [9.0, 1.0, 3.0] + UTM
     box = ClipBox.from_points(points)
     assert box.contains(points).all()
@@ -35,18 +35,18 @@ def test_the_box_of_points_holds_them_and_touches_the_outermost() -> None:
 
 
 @pytest.mark.parametrize("thick", [0.0, 0.9e-3])
-def test_the_box_of_a_flat_model_has_half_a_metre_to_either_side(thick: float) -> None:
+def test_box_of_flat_model_is_padded_by_half_a_metre(thick: float) -> None:
     box = ClipBox.from_points(np.array([[0.0, 5.0, 1.0], [2.0, 5.0 + thick, 1.0]]))
     assert box.low == pytest.approx((0.0, 4.5, 0.5))
     assert box.high == pytest.approx((2.0, 5.5 + thick, 1.5))
 
 
-def test_a_box_of_a_few_millimetres_is_left_as_it_is() -> None:
+def test_box_a_few_millimetres_thick_is_not_padded() -> None:
     box = ClipBox.from_points(np.array([[0.0, 0.0, 0.0], [2e-3, 1.0, 3.0]]))
     assert (box.low, box.high) == ((0.0, 0.0, 0.0), (2e-3, 1.0, 3.0))
 
 
-def test_a_box_comes_back_from_what_a_project_keeps_of_it() -> None:
+def test_box_round_trips_through_dict() -> None:
     assert ClipBox.from_dict(BOX.to_dict()) == BOX
     assert BOX.to_dict() == {"low": [0.0, 10.0, -3.0], "high": [4.0, 11.0, 2.0]}
 
@@ -65,12 +65,12 @@ def test_a_box_comes_back_from_what_a_project_keeps_of_it() -> None:
         {"low": [0, 0, float("nan")], "high": [1, 1, 1]},
     ],
 )
-def test_what_is_no_box_is_refused(values: object) -> None:
+def test_invalid_box_values_are_rejected(values: object) -> None:
     with pytest.raises(ValueError, match="box"):
         ClipBox.from_dict(values)
 
 
-def test_corners_edges_and_faces_are_those_of_a_brick() -> None:
+def test_corners_edges_and_faces_form_a_cuboid() -> None:
     corners = BOX.corners()
     assert ConvexHull(corners).volume == pytest.approx(4.0 * 1.0 * 5.0)
     assert len({tuple(corner) for corner in corners}) == 8
@@ -85,9 +85,7 @@ def test_corners_edges_and_faces_are_those_of_a_brick() -> None:
 
 
 @pytest.mark.parametrize(("axis", "side"), BOX_FACES)
-def test_a_face_goes_where_it_is_drawn_and_stops_a_hair_before_the_other(
-    axis: int, side: int
-) -> None:
+def test_dragged_face_moves_and_stops_just_before_opposite_face(axis: int, side: int) -> None:
     ends = [BOX.low[axis], BOX.high[axis]]
     for value in (ends[side] + 0.1, ends[side] - 0.1, ends[side] + (2 * side - 1) * 50.0):
         moved = BOX.move_face(axis, side, value)
@@ -109,7 +107,7 @@ def test_a_face_goes_where_it_is_drawn_and_stops_a_hair_before_the_other(
     assert tiny.high[axis] - tiny.low[axis] == pytest.approx(1e-3)
 
 
-def test_boxes_meet_where_they_have_a_point_in_common_even_one() -> None:
+def test_boxes_intersect_if_they_share_at_least_one_point() -> None:
     cube = ClipBox((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
     for axis in range(3):
         for way in (-1.0, 1.0):
@@ -122,7 +120,7 @@ def test_boxes_meet_where_they_have_a_point_in_common_even_one() -> None:
     assert cube.intersects_box(ClipBox((0.4, 0.4, 0.4), (0.6, 0.6, 0.6)))
 
 
-def test_a_box_holds_its_own_corners_and_nothing_beyond_them() -> None:
+def test_box_contains_its_corners_and_nothing_outside() -> None:
     corners, middle = BOX.corners(), (np.array(BOX.low) + BOX.high) / 2
     assert BOX.contains(corners).all()
     assert not BOX.contains(middle + (corners - middle) * (1 + 1e-9)).any()
@@ -132,7 +130,7 @@ def test_a_box_holds_its_own_corners_and_nothing_beyond_them() -> None:
         assert not BOX.contains(beyond)[0]
 
 
-def test_a_ball_has_a_part_inside_where_its_nearest_point_of_the_box_is_near_enough() -> None:
+def test_ball_intersects_box_if_nearest_box_point_is_within_radius() -> None:
     rng = np.random.default_rng(1)
     centres = rng.uniform(-8.0, 16.0, (120, 3))
     steps = np.stack(np.meshgrid(*[np.linspace(0, 1, 21)] * 3), axis=-1).reshape(-1, 3)
@@ -146,7 +144,7 @@ def test_a_ball_has_a_part_inside_where_its_nearest_point_of_the_box_is_near_eno
     assert BOX.intersects_balls(np.array([[6.0, 10.5, 0.0]]), np.array([2.0])).all()
 
 
-def test_a_ray_is_in_a_box_from_where_it_enters_to_where_it_leaves() -> None:
+def test_box_range_of_ray_runs_from_entry_to_exit() -> None:
     low, high = some_boxes(60, 2)
     rng = np.random.default_rng(3)
     steps = np.linspace(-30.0, 30.0, 12_001)
@@ -173,7 +171,7 @@ def test_a_ray_is_in_a_box_from_where_it_enters_to_where_it_leaves() -> None:
 
 
 @pytest.mark.parametrize("axis", range(3))
-def test_a_ray_along_an_axis_meets_what_stands_in_its_way(axis: int) -> None:
+def test_axis_parallel_ray_hits_box_in_its_path(axis: int) -> None:
     low, high = np.zeros((1, 3)), np.array([[1.0, 2.0, 3.0]])
     way = np.zeros(3)
     way[axis] = -2.0
@@ -207,7 +205,7 @@ def test_a_ray_along_an_axis_meets_what_stands_in_its_way(axis: int) -> None:
         assert are_boxes_hit(low, high, origin, way)[0] == meets
 
 
-def test_the_stretch_of_a_ray_is_ahead_of_its_origin() -> None:
+def test_ray_range_starts_at_or_ahead_of_the_origin() -> None:
     way = np.array([0.0, 0.0, 2.0])
     assert BOX.ray_range(np.array([1.0, 10.5, -9.0]), way) == pytest.approx((3.0, 5.5))
     assert BOX.ray_range(np.array([1.0, 10.5, 0.0]), way) == pytest.approx((0.0, 1.0))
@@ -216,7 +214,7 @@ def test_the_stretch_of_a_ray_is_ahead_of_its_origin() -> None:
     assert BOX.ray_range(np.array([1.0, 11.2, 0.0]), way) is None
 
 
-def test_the_stretch_grows_by_its_reach_along_each_axis() -> None:
+def test_ray_range_grows_by_the_padding_on_each_axis() -> None:
     assert BOX.ray_range(
         np.array([1.0, 11.2, -9.0]), np.array([0.0, 0.0, 2.0]), 0.5
     ) == pytest.approx((2.75, 5.75))

@@ -80,7 +80,7 @@ def brushes(mesh: Mesh) -> list[MeshSurface]:
 
 
 @pytest.mark.parametrize("radius", first_in_default_tier([0.01, 0.11, 0.35, 1.3, 9.0], 2))
-def test_the_brush_takes_what_its_definition_says(radius):
+def test_brush_selection_matches_brute_force(radius):
     rough = grid(rough=0.03)
     shapes = {
         "grid": rough,
@@ -100,7 +100,7 @@ def test_the_brush_takes_what_its_definition_says(radius):
                     assert got.tolist() == expected, (name, face)
 
 
-def test_of_two_sheets_a_centimetre_apart_the_brush_takes_one():
+def test_brush_selects_one_of_two_sheets_a_centimetre_apart():
     """20 000 faces 2 cm wide in two sheets, a brush of half a metre."""
     lower, upper = grid(101, 2.0, rough=0.001), grid(101, 2.0, z=0.01, rough=0.001, seed=1)
     mesh = together(lower, upper)
@@ -112,7 +112,7 @@ def test_of_two_sheets_a_centimetre_apart_the_brush_takes_one():
             assert (got // len(lower.faces) == sheet).all()
 
 
-def test_of_two_sheets_of_points_a_centimetre_apart_the_brush_takes_one():
+def test_brush_selects_one_of_two_point_sheets_a_centimetre_apart():
     """3 mm between the points, on a grid and at random."""
     rng = np.random.default_rng(0)
     n = 200
@@ -152,7 +152,7 @@ def test_a_seam_of_the_texture_does_not_stop_the_brush(radius):
         )
 
 
-def test_the_brush_goes_with_the_rock():
+def test_brush_selection_is_invariant_to_rotation_and_translation():
     """Turned and moved, the same faces are taken."""
     mesh = grid(rough=0.02)
     turn = np.linalg.qr(np.random.default_rng(1).standard_normal((3, 3)))[0]
@@ -163,7 +163,7 @@ def test_the_brush_goes_with_the_rock():
         assert a.tolist() == b.tolist()
 
 
-def test_a_brush_smaller_than_a_face_takes_the_face():
+def test_brush_smaller_than_a_face_selects_the_face():
     mesh = grid(5, 40.0)
     for surface in brushes(mesh):
         assert surface.connected_ids_in_ball(3, mesh.vertices[mesh.faces[3]][0], 0.1).tolist() == [
@@ -173,7 +173,7 @@ def test_a_brush_smaller_than_a_face_takes_the_face():
     assert cloud.connected_ids_in_ball(3, mesh.vertices[3], 0.1).tolist() == [3]
 
 
-def test_area_border_and_normal_of_a_square():
+def test_square_selection_has_expected_area_border_and_normal():
     mesh = moved(grid(11, 1.0), np.eye(3), UTM)
     surface = create_surface(mesh)
     surface.build()
@@ -193,7 +193,7 @@ def split_border(mesh: Mesh) -> float:
 
 
 @pytest.mark.slow
-def test_a_step_on_a_large_model_takes_some_milliseconds():
+def test_brush_step_on_large_model_takes_under_20_milliseconds():
     import time
 
     n = 1600
@@ -222,7 +222,7 @@ def pieces(request, monkeypatch):
 @pytest.mark.parametrize(
     "shift", [(0.0, 0.0, 0.0), (-1e3, 5e2, 3e3), (7e5, -4e2, -90.0), (-5.0, -6.0, -7.0)]
 )
-def test_the_brush_takes_the_same_wherever_the_model_stands(pieces, shift):
+def test_brush_selection_does_not_depend_on_model_position_or_seams(pieces, shift):
     """A seam would stop it where the corners at one place were not found again."""
     whole = moved(grid(16, 4.0, rough=0.03), np.eye(3), np.array(shift))
     seamed = split(whole)
@@ -234,7 +234,7 @@ def test_the_brush_takes_the_same_wherever_the_model_stands(pieces, shift):
                 assert surface.connected_ids_in_ball(face, centre, radius).tolist() == expected
 
 
-def test_faces_longer_than_the_one_that_was_hit_are_reached_over_their_corners(pieces):
+def test_brush_reaches_large_faces_through_shared_corners(pieces):
     """Small faces around a fan of large ones, whose other ends the ball does not hold."""
     fan = np.linspace(0.0, 2.0 * np.pi, 9)[:-1]
     inner, outer = (r * np.column_stack([np.cos(fan), np.sin(fan), 0 * fan]) for r in (0.3, 1.6))
@@ -268,7 +268,7 @@ def points_plainly(points: np.ndarray, index: int, centre: np.ndarray, radius: f
 
 
 @pytest.mark.parametrize("radius", [0.02, 0.15, 0.4, 3.0])
-def test_of_a_cloud_the_brush_takes_what_hangs_together(pieces, radius):
+def test_brush_on_cloud_selects_connected_points(pieces, radius):
     rng = np.random.default_rng(2)
     flat = rng.uniform(0.0, 1.0, (900, 2))
     flat = flat[np.abs(flat[:, 0] - 0.6) > 0.08]  # a gap
@@ -283,13 +283,13 @@ def test_of_a_cloud_the_brush_takes_what_hangs_together(pieces, radius):
             assert built.connected_ids_in_ball(index, centre, radius).tolist() == expected
 
 
-def test_points_that_all_stand_at_one_place_hang_together():
+def test_coincident_points_are_connected():
     points = np.concatenate([np.zeros((40, 3)), [[5.0, 0, 0]]])
     surface = CloudSurface(PointCloud(points))
     assert surface.connected_ids_in_ball(3, points[3], 0.1).tolist() == list(range(40))
 
 
-def test_what_a_brush_says_of_points():
+def test_point_surface_reports_ids_points_and_no_area():
     points = np.random.default_rng(1).normal(size=(30, 3))
     surface = create_surface(PointCloud(points))
     assert (surface.element, surface.count) == ("point", 30)
@@ -303,7 +303,7 @@ def test_what_a_brush_says_of_points():
 
 
 @pytest.mark.parametrize("built", [False, True])
-def test_the_normal_under_the_brush_is_that_of_its_ball_or_of_the_face(built):
+def test_local_normal_uses_the_ball_or_falls_back_to_the_face(built):
     """Before the tree is there, and where a ball holds too little, a face has a normal itself."""
     mesh = moved(grid(30, 3.0, rough=0.05), np.eye(3), UTM)
     surface = MeshSurface(mesh)
@@ -322,7 +322,7 @@ def test_the_normal_under_the_brush_is_that_of_its_ball_or_of_the_face(built):
     assert MeshSurface(flat).local_normal(0, np.zeros(3), 1.0) is None
 
 
-def test_the_border_of_some_faces_is_what_only_one_of_them_has():
+def test_border_consists_of_edges_used_by_one_selected_face():
     """Against counting every edge by its ends."""
     mesh = grid(12, 3.0, rough=0.1)
     rng = np.random.default_rng(4)

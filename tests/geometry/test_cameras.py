@@ -28,7 +28,7 @@ def points():
 
 
 @pytest.mark.parametrize("model", CAMERA_MODELS)
-def test_pixels_are_those_of_colmap(model, points):
+def test_projected_pixels_match_colmap(model, points):
     import pycolmap
 
     theirs = pycolmap.Camera(model=model, width=1600, height=1200, params=list(LENSES[model]))
@@ -37,13 +37,13 @@ def test_pixels_are_those_of_colmap(model, points):
 
 
 @pytest.mark.parametrize("model", CAMERA_MODELS)
-def test_a_pixel_s_ray_leads_back_to_its_point(model, points):
+def test_pixel_ray_round_trips_to_its_point(model, points):
     lens = Intrinsics(model, 1600, 1200, LENSES[model])
     rays = lens.rays(lens.project(points))
     np.testing.assert_allclose(rays, points / points[:, 2:], atol=1e-9)
 
 
-def test_what_lies_behind_or_beyond_the_lens_is_not_seen():
+def test_points_behind_or_beyond_the_lens_are_not_projected():
     lens = Intrinsics("SIMPLE_RADIAL", 1600, 1200, (1000.0, 800.0, 600.0, -0.2))
     # r (1 - 0.2 r^2) turns back at r = sqrt(1 / 0.6) = 1.29.
     pixels = lens.project([[0, 0, -1], [1.25, 0, 1], [1.35, 0, 1], [0, 0, 1]])
@@ -52,13 +52,13 @@ def test_what_lies_behind_or_beyond_the_lens_is_not_seen():
     np.testing.assert_allclose(pixels[3], [800, 600])
 
 
-def test_a_resampled_photo_shows_the_same_at_scaled_pixels(points):
+def test_resampled_photo_projects_to_scaled_pixels(points):
     lens = Intrinsics("OPENCV", 1600, 1200, LENSES["OPENCV"])
     small = lens.scaled(400, 300)
     np.testing.assert_allclose(small.project(points), lens.project(points) / 4)
 
 
-def test_moving_the_scene_leaves_the_picture_as_it_was(points):
+def test_moving_scene_and_camera_together_keeps_the_pixels(points):
     rng = np.random.default_rng(1)
     turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     turn *= np.linalg.det(turn)
@@ -77,7 +77,7 @@ def test_moving_the_scene_leaves_the_picture_as_it_was(points):
     )
 
 
-def test_a_camera_that_is_not_known_is_refused_by_name():
+def test_unknown_camera_model_is_rejected_by_name():
     with pytest.raises(GeometryError, match="FOV"):
         Intrinsics("FOV", 10, 10, (1.0, 5.0, 5.0, 0.1, 0.2))
     with pytest.raises(GeometryError, match="4 parameters"):
@@ -103,7 +103,7 @@ def test_depths_grow_along_the_view_from_its_centre(points):
 
 
 @pytest.mark.parametrize("model", CAMERA_MODELS)
-def test_without_its_bend_a_lens_is_its_matrix(model, points):
+def test_lens_without_distortion_is_linear(model, points):
     names, params = CAMERA_MODELS[model], LENSES[model]
     bent = [i for i, name in enumerate(names) if name[0] in "kp"]
     assert Intrinsics(model, 1600, 1200, params).has_distortion == bool(bent)
@@ -126,7 +126,7 @@ def test_without_its_bend_a_lens_is_its_matrix(model, points):
         assert Intrinsics(model, 1600, 1200, tuple(one)).has_distortion, names[i]
 
 
-def test_a_resampled_photo_of_one_focal_length_keeps_one():
+def test_resampled_single_focal_camera_keeps_one_focal_length():
     lens = Intrinsics("SIMPLE_RADIAL", 1600, 1200, LENSES["SIMPLE_RADIAL"])
     small = lens.scaled(400, 306)
     assert (small.width, small.height) == (400, 306)
@@ -136,13 +136,13 @@ def test_a_resampled_photo_of_one_focal_length_keeps_one():
     assert uneven.focal == pytest.approx((500.0, 252.5))
 
 
-def test_the_middle_of_the_picture_is_seen_straight_ahead():
+def test_principal_point_ray_is_straight_ahead():
     for model in CAMERA_MODELS:
         lens = Intrinsics(model, 1600, 1200, LENSES[model])
         np.testing.assert_allclose(lens.rays([lens.centre]), [[0, 0, 1]], atol=1e-12)
 
 
-def test_rays_beyond_the_edge_of_a_lens_are_not_made_up():
+def test_pixels_beyond_lens_limit_have_no_rays():
     lens = Intrinsics("SIMPLE_RADIAL", 1600, 1200, (1000.0, 800.0, 600.0, -0.2))
     # The real radius grows up to 1.29 (1 - 0.2 1.29^2) = 0.86 and no further.
     rays = lens.rays([[800 + 855, 600], [800 + 870, 600], [800, 600 + 2000]])
@@ -152,7 +152,7 @@ def test_rays_beyond_the_edge_of_a_lens_are_not_made_up():
 
 @pytest.mark.parametrize("k1", [-0.02, -0.2, -0.5, -1.5])
 @pytest.mark.parametrize("model", ["SIMPLE_RADIAL", "RADIAL", "OPENCV"])
-def test_a_lens_shows_as_far_as_its_polynomial_grows(model, k1):
+def test_lens_projects_up_to_the_maximum_of_its_polynomial(model, k1):
     """r (1 + k1 r^2) turns back where 1 + 3 k1 r^2 = 0, and rays end at the same place."""
     named = dict.fromkeys(CAMERA_MODELS[model], 0.0) | {
         "f": 1000.0,
@@ -177,7 +177,7 @@ def test_a_lens_shows_as_far_as_its_polynomial_grows(model, k1):
 
 
 @pytest.mark.parametrize("degrees", [0.0, 1e-9, 20.0, 60.0, 79.0])
-def test_a_fisheye_lens_without_terms_measures_the_angle(degrees):
+def test_fisheye_without_coefficients_maps_angle_to_radius(degrees):
     lens = Intrinsics("OPENCV_FISHEYE", 1600, 1200, (900.0, 1100.0, 10.0, 20.0, 0, 0, 0, 0))
     a = np.radians(degrees)
     for turn in (0.3, 2.0, 5.5):
@@ -187,7 +187,7 @@ def test_a_fisheye_lens_without_terms_measures_the_angle(degrees):
         np.testing.assert_allclose(lens.rays(pixel)[0], ray, atol=1e-6)
 
 
-def test_a_lens_that_always_grows_shows_everything_before_it():
+def test_lens_with_monotonic_polynomial_projects_everything_in_front():
     wide = np.array([[40.0, 3.0, 1.0], [-900.0, 0.0, 1.0], [0.0, 5.6, 1.0]])
     for params in ((1000.0, 0.0, 0.0, 0.0), (1000.0, 0.0, 0.0, 0.2)):
         lens = Intrinsics("SIMPLE_RADIAL", 1600, 1200, params)
@@ -197,7 +197,7 @@ def test_a_lens_that_always_grows_shows_everything_before_it():
 
 
 @pytest.mark.parametrize("model", CAMERA_MODELS)
-def test_pixels_outside_the_photo_have_rays_too_and_one_that_is_lost_harms_no_other(model):
+def test_pixels_outside_photo_have_rays_and_invalid_pixels_affect_no_other(model):
     lens = Intrinsics(model, 1600, 1200, LENSES[model])
     pixels = np.array([[-100.0, 300.0], [800.0, 600.0], [np.nan, 5.0], [1700.0, 1250.0]])
     rays = lens.rays(pixels)

@@ -16,11 +16,11 @@ STYLE = FieldStyle("intensity", -1.5, 7.0, (5.0, 90.0), "magma")
 
 
 @pytest.mark.parametrize("style", [STYLE, FieldStyle("a"), FieldStyle("b", low=0.0)])
-def test_a_style_comes_back_from_a_project_as_it_was(style: FieldStyle) -> None:
+def test_style_round_trips_through_json(style: FieldStyle) -> None:
     assert FieldStyle.from_dict(json.loads(json.dumps(style.to_dict()))) == style
 
 
-def test_a_style_without_a_range_takes_the_inner_96_per_cent_and_the_own_palette() -> None:
+def test_style_without_range_uses_2_to_98_percentiles_and_default_palette() -> None:
     plain = FieldStyle("intensity")
     assert (plain.low, plain.high, plain.palette) == (None, None, None)
     assert plain.percentiles == (2.0, 98.0)
@@ -52,13 +52,13 @@ def without(key: str) -> dict[str, Any]:
         STYLE.to_dict() | {"percentiles": (1.0, 2.0, 3.0)},
     ],
 )
-def test_what_is_no_style_is_refused_so_that_a_project_still_opens(values: object) -> None:
+def test_invalid_style_raises_value_error(values: object) -> None:
     """Whoever reads a project catches ValueError alone."""
     with pytest.raises(ValueError, match="style"):
         FieldStyle.from_dict(values)
 
 
-def test_fields_that_are_one_number_for_each_point_can_be_shown() -> None:
+def test_scalar_fields_can_be_shown() -> None:
     fields = {
         "intensity": np.arange(5, dtype=np.uint16),
         "curvature": np.linspace(0, 1, 5),

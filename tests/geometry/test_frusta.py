@@ -49,21 +49,21 @@ def test_the_outline_runs_along_the_edge_of_the_photo() -> None:
     assert np.allclose(pixels[0], pixels[-1])
 
 
-def test_an_edge_that_the_lens_bends_has_six_pieces_and_a_straight_one_is_one() -> None:
+def test_distorted_edge_has_six_segments_and_straight_edge_one() -> None:
     for k1, pieces in ((-0.05, 6), (0.0, 1)):
         found = frustum(view(4, k1), 2.0)
         assert found.outline.shape == (4 * pieces + 1, 3)
         assert np.array_equal(found.outline[:-1:pieces], found.corners)
 
 
-def test_a_lens_that_does_not_reach_its_corners_has_a_frustum() -> None:
+def test_lens_not_reaching_the_photo_corners_still_has_a_frustum() -> None:
     lens = Intrinsics("SIMPLE_RADIAL", 4000, 3000, (1500.0, 2000.0, 1500.0, -0.4))
     assert np.isnan(lens.rays([[0.0, 0.0]])).any()
     found = frustum(View("p", lens, np.eye(3), np.zeros(3)), 1.0)
     assert np.isfinite(found.outline).all()
 
 
-def test_a_moved_frustum_is_that_of_the_moved_photo() -> None:
+def test_transformed_frustum_matches_frustum_of_moved_photo() -> None:
     taken, turn = view(5), Rotation.random(random_state=1).as_matrix()
     shift, origin = np.array([5.0, -3.0, 2.0]), np.array([100.0, 200.0, 300.0])
     matrix = np.eye(4)
@@ -74,7 +74,7 @@ def test_a_moved_frustum_is_that_of_the_moved_photo() -> None:
     assert np.allclose(there.outline, again.outline)
 
 
-def test_the_size_is_a_share_of_the_spacing_and_of_the_distance() -> None:
+def test_frustum_size_scales_with_spacing_and_distance() -> None:
     row = np.column_stack([np.arange(8.0), np.zeros(8), np.zeros(8)])
     assert 0.2 < choose_frustum_size(row, 30.0) < 0.6
     assert choose_frustum_size(10 * row, 300.0) == pytest.approx(
@@ -108,7 +108,7 @@ def test_the_camera_under_the_cursor_is_found() -> None:
     assert find_frustum_at_pixel(np.zeros((0, 2)), np.zeros((0, 4, 2)), 1, 1, 9.0) is None
 
 
-def test_photos_of_one_spot_say_nothing_of_the_spacing_in_a_scene_of_any_size() -> None:
+def test_photos_from_one_spot_are_ignored_for_spacing_at_any_scale() -> None:
     """Two by two from one spot, but for a millionth of the scene."""
     for scale in (0.01, 1.0, 1000.0):
         spots = scale * np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)])
@@ -131,12 +131,12 @@ def test_photos_of_one_spot_say_nothing_of_the_spacing_in_a_scene_of_any_size() 
         (0.0, 0.0, 1.0),  # nothing is known
     ],
 )
-def test_the_size_of_pyramids_in_numbers(step: float, distance: float, wanted: float) -> None:
+def test_frustum_sizes_have_expected_values(step: float, distance: float, wanted: float) -> None:
     row = step * np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)])
     assert choose_frustum_size(row, distance) == pytest.approx(wanted)
 
 
-def test_pyramids_of_a_round_of_photos_have_one_size_and_their_own_places() -> None:
+def test_frusta_of_photo_ring_share_one_size_and_keep_their_positions() -> None:
     """Eight photos on a circle of 10 m look at its middle."""
     lens = Intrinsics("PINHOLE", 400, 300, (350.0, 350.0, 200.0, 150.0))
     views = []
@@ -154,7 +154,7 @@ def test_pyramids_of_a_round_of_photos_have_one_size_and_their_own_places() -> N
         assert len(one.outline) == 5
 
 
-def test_of_photos_one_behind_the_other_the_smallest_is_found() -> None:
+def test_smallest_of_overlapping_photos_is_found() -> None:
     tips = np.full((3, 2), -500.0)
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     corners = np.stack([100.0 + 90.0 * square, 120.0 + 20.0 * square, 110.0 + 50.0 * square])
@@ -171,7 +171,7 @@ def test_of_photos_one_behind_the_other_the_smallest_is_found() -> None:
 
 
 @pytest.mark.parametrize("steps", [1, 2, 6])
-def test_pixels_around_a_photo_are_even_steps_clockwise_from_its_top_left_corner(
+def test_border_pixels_are_evenly_spaced_clockwise_from_top_left(
     steps: int,
 ) -> None:
     found = edge_pixels(60, 30, steps)

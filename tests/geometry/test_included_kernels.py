@@ -77,7 +77,7 @@ def run(folder: Path, code: str, cache: Path, **variables: str) -> str:
     return done.stdout.strip()
 
 
-def test_a_first_call_compiles_nothing_and_the_processor_gets_its_own_code_later(
+def test_first_call_uses_included_code_and_compiles_native_code_later(
     program: Path, tmp_path: Path
 ) -> None:
     use = USE.replace("FEATURES", "()")

@@ -36,7 +36,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
     return options
 
 
-def test_where_nothing_can_be_kept_a_kernel_is_compiled_anew_and_the_same(
+def test_kernel_is_compiled_without_cache_if_cache_is_unavailable(
     asked: list[dict[str, Any]],
 ) -> None:
     assert kernel("f8(f8)", fastmath=True)(lambda x: 2.0 * x).compile_with_numba()(1.5) == 3.0
@@ -47,20 +47,20 @@ def test_where_nothing_can_be_kept_a_kernel_is_compiled_anew_and_the_same(
 
 @pytest.mark.usefixtures("way")
 @pytest.mark.parametrize("piece", [part, step])
-def test_sums_are_made_in_the_order_in_which_they_stand(piece: Any) -> None:
+def test_sums_are_evaluated_in_source_order(piece: Any) -> None:
     """A sum of which the small part is lost in rounding tells."""
     added = piece(lambda a, b: a + b)
     assert kernel("f8(f8, f8)")(lambda a, b: added(a, b) - a)(1e16, 1.0) == 0.0
 
 
-def test_no_kernel_keeps_other_threads_waiting() -> None:
+def test_kernels_release_the_gil() -> None:
     for piece in (part, step, fastmath_part):
         assert piece(lambda x: x).compiled_function().targetoptions["nogil"]
     assert fastmath_part(lambda x: x).compiled_function().targetoptions["fastmath"]
 
 
 @pytest.mark.usefixtures("way")
-def test_arrays_are_changed_in_place_and_numbers_come_back() -> None:
+def test_kernels_modify_arrays_in_place_and_return_numbers() -> None:
     def work(table, rows, flag, factor, out):  # type: ignore[no-untyped-def]
         for i in range(rows.shape[0]):
             for j in range(table.shape[1]):
@@ -88,7 +88,7 @@ def test_arrays_are_changed_in_place_and_numbers_come_back() -> None:
         None,
     ],
 )
-def test_what_is_not_of_the_signature_is_refused(wrong: Any) -> None:
+def test_arguments_not_matching_the_signature_are_rejected(wrong: Any) -> None:
     def first(a, n):  # type: ignore[no-untyped-def]
         return a[0, 0]
 
@@ -104,13 +104,13 @@ def test_what_is_not_of_the_signature_is_refused(wrong: Any) -> None:
 
 
 @pytest.mark.usefixtures("way")
-def test_an_error_inside_of_a_kernel_comes_out() -> None:
+def test_exception_inside_kernel_propagates() -> None:
     with pytest.raises(ZeroDivisionError):
         kernel("i8(i8, i8)")(lambda a, b: a // b)(1, 0)
 
 
 @pytest.mark.usefixtures("way")
-def test_a_kernel_that_needs_memory_runs_too() -> None:
+def test_kernel_can_allocate_memory() -> None:
     """Which machine code alone does not get: numba's runtime gives it."""
 
     def doubled(a):  # type: ignore[no-untyped-def]

@@ -80,7 +80,7 @@ def test_kernels_are_cached_in_the_users_folder_and_compiled_once(site_packages:
 
 
 @pytest.mark.full
-def test_another_version_of_a_part_in_another_file_is_compiled_anew(site_packages: Path) -> None:
+def test_changed_part_in_another_file_triggers_recompilation(site_packages: Path) -> None:
     """numba's own cache checks the file of the kernel only, which is the same."""
     assert run(site_packages)[:2] == [4.0, 24.0]
     (site_packages / "kernel_parts.py").write_text(PARTS.replace("2.0", "3.0"))
@@ -91,7 +91,7 @@ def test_another_version_of_a_part_in_another_file_is_compiled_anew(site_package
 
 @pytest.mark.full
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a path below /dev/null")
-def test_without_any_writable_folder_kernels_work(site_packages: Path) -> None:
+def test_kernels_work_without_writable_folder(site_packages: Path) -> None:
     nowhere = dict.fromkeys(
         ("XDG_CACHE_HOME", "XDG_STATE_HOME", "HOME", "TMPDIR"), "/dev/null/nowhere"
     )

@@ -30,7 +30,7 @@ def axial_deg(a, b) -> float:
     return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), abs(np.dot(a, b)))))
 
 
-def test_two_points_give_their_direction_downward_and_no_error():
+def test_two_points_give_downward_direction_and_no_error():
     fit = fit_line([[10.0, 20.0, 5.0], [13.0, 20.0, 9.0]])
     assert fit.direction == pytest.approx([-0.6, 0.0, -0.8])
     assert fit.length == pytest.approx(5.0)
@@ -39,7 +39,7 @@ def test_two_points_give_their_direction_downward_and_no_error():
 
 
 @pytest.mark.parametrize("points", [[[1, 2, 3]], [[1, 2, 3]] * 4, [[0, 0, 0], [np.nan, 0, 0]]])
-def test_what_is_no_line_is_refused(points):
+def test_points_without_a_line_are_rejected(points):
     with pytest.raises(GeometryError):
         fit_line(points)
 
@@ -77,7 +77,7 @@ def missed(n: int, sigma: float, runs: int, seed: int) -> float:
 
 
 @pytest.mark.parametrize("n", first_in_default_tier([3, 4, 5, 8, 12, 20]))
-def test_the_cone_holds_the_true_direction_in_95_of_100(n):
+def test_cone_contains_true_direction_in_95_percent_of_runs(n):
     """At 4000 runs 1.1 % is three standard deviations."""
     share = missed(n, 0.01, 4000, 40 + n)
     assert 0.937 <= share <= 0.963
@@ -88,7 +88,7 @@ def test_the_length_of_a_path_is_the_sum_of_its_steps():
     assert path_length([[1, 1, 1]]) == 0.0
 
 
-def test_the_area_of_a_ring_is_the_same_however_it_is_turned_and_walked():
+def test_ring_area_is_invariant_to_rotation_and_vertex_order():
     ring = np.array([[0, 0, 0], [4, 0, 0], [4, 3, 0], [2, 1, 0], [0, 3, 0]], float)
     for turn in turns(10):
         moved = ring @ turn.T + [4e5, 5e6, 800.0]
@@ -97,7 +97,7 @@ def test_the_area_of_a_ring_is_the_same_however_it_is_turned_and_walked():
         assert ring_area(np.roll(moved, 2, axis=0)) == pytest.approx(8.0, rel=1e-8)
 
 
-def test_the_area_of_a_ring_on_a_slope_is_that_of_the_slope():
+def test_area_of_sloping_ring_is_measured_on_the_slope():
     ring = np.array([[0, 0, 0], [2, 0, 2], [2, 5, 2], [0, 5, 0]], float)
     assert ring_area(ring) == pytest.approx(5 * np.hypot(2, 2))
 
@@ -112,21 +112,21 @@ def test_the_area_of_a_ring_on_a_slope_is_that_of_the_slope():
         ([[0, 0, 0], [1.1e150, 0, 0]], "points.not-finite"),
     ],
 )
-def test_a_line_is_refused_with_the_reason(points, code):
+def test_degenerate_points_are_rejected_with_reason(points, code):
     values = {"count": 2 - len(points), "minimum": 2} if code == "feature.too-few-points" else {}
     with refused(code, GeometryError, **values):
         fit_line(points)
 
 
 @pytest.mark.parametrize("shift", [0.0, 1.0, 5e6])
-def test_points_apart_by_more_than_rounding_are_a_line(shift):
+def test_points_farther_apart_than_rounding_form_a_line(shift):
     """Four roundings of the largest coordinate are the limit."""
     apart = 64.0 * np.finfo(float).eps * max(shift, 1e-6)
     points = np.array([[0.0, 0, 0], [apart, 0, 0]]) + shift
     assert abs(fit_line(points).direction[0]) == pytest.approx(1.0)
 
 
-def test_figures_of_a_line_are_those_of_fishers_law_and_of_plain_projections():
+def test_line_fit_matches_fisher_statistics_and_projections():
     from scipy.stats import f
 
     chance = np.random.default_rng(8)
@@ -147,7 +147,7 @@ def test_figures_of_a_line_are_those_of_fishers_law_and_of_plain_projections():
 
 
 @pytest.mark.parametrize(("steps", "is_line"), [(7, False), (9, True)])
-def test_two_points_are_apart_from_eight_roundings_of_the_largest_coordinate_on(steps, is_line):
+def test_points_are_distinct_from_eight_roundings_of_largest_coordinate(steps, is_line):
     far = 2.0**20
     points = np.array([[far, 0, 0], [far + steps * np.spacing(far), 0, 0]])
     if is_line:
@@ -157,12 +157,12 @@ def test_two_points_are_apart_from_eight_roundings_of_the_largest_coordinate_on(
             fit_line(points)
 
 
-def test_coordinates_below_1e150_are_a_line():
+def test_coordinates_below_1e150_form_a_line():
     assert fit_line([[0, 0, 0], [0, 0.9e150, 0]]).length == pytest.approx(0.9e150)
 
 
 @pytest.mark.full
-def test_the_nearest_approach_is_that_of_a_search_along_both_lines() -> None:
+def test_nearest_approach_matches_search_along_both_lines() -> None:
     """Against scipy's bounded search over every two segments; lines that cross or touch have no
     distance."""
     from scipy.optimize import minimize
@@ -194,7 +194,7 @@ def test_the_nearest_approach_is_that_of_a_search_along_both_lines() -> None:
     assert (point.distance, point.distance_along_line) == pytest.approx((1.0, 2.0))
 
 
-def test_lengths_of_many_polylines_are_those_of_each() -> None:
+def test_path_lengths_match_single_path_lengths() -> None:
     """Also of lines of one point and of none, wherever they stand among the others."""
     chance = np.random.default_rng(8)
     counts = [0, 5, 1, 0, 2, 30, 1, 0]

@@ -56,7 +56,7 @@ def used(folder: Path, text: str = MODULE) -> tuple[float, bool]:
 
 
 @pytest.mark.full
-def test_kept_code_is_used_without_numba(folder: Path) -> None:
+def test_cached_code_runs_without_numba(folder: Path) -> None:
     assert used(folder) == (4.0, True)
     assert used(folder) == (4.0, False)
 
@@ -73,7 +73,7 @@ def test_kept_code_is_used_without_numba(folder: Path) -> None:
         1,
     ),
 )
-def test_whatever_changes_is_compiled_anew(folder: Path, old: str, new: str, wanted: float) -> None:
+def test_any_change_triggers_recompilation(folder: Path, old: str, new: str, wanted: float) -> None:
     assert used(folder)[0] == 4.0
     assert used(folder, MODULE.replace(old, new)) == (wanted, True)
 
@@ -90,7 +90,7 @@ def test_damaged_code_is_never_run(folder: Path) -> None:
         assert file.read_bytes() == whole
 
 
-def test_where_nothing_can_be_written_a_kernel_works_all_the_same(
+def test_kernel_works_if_cache_is_not_writable(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder.write_text("a file where the folder should be")
@@ -108,7 +108,7 @@ def test_old_code_does_not_pile_up(folder: Path) -> None:
     assert len(list(folder.glob("*.code"))) <= 8
 
 
-def test_a_part_counts_with_all_that_it_calls() -> None:
+def test_file_name_depends_on_all_called_parts() -> None:
     def get_name(factor: float) -> str:
         inner = part(lambda x: x * factor)
         outer = part(lambda x: inner(x) + 1.0)
@@ -118,7 +118,7 @@ def test_a_part_counts_with_all_that_it_calls() -> None:
 
 
 @pytest.mark.full
-def test_kernels_of_one_name_stay_apart(folder: Path) -> None:
+def test_kernels_with_the_same_name_stay_separate(folder: Path) -> None:
     """As LLVM names them they may be the same, having been compiled in processes of their own."""
     texts = [MODULE.replace("FACTOR = 2.0", f"FACTOR = {factor}") for factor in (2.0, 6.0)]
     for text in texts:
@@ -131,7 +131,7 @@ def test_kernels_of_one_name_stay_apart(folder: Path) -> None:
     assert [work(1.5) for work in made] == [4.0, 10.0]
 
 
-def test_options_of_kernels_and_parts_count() -> None:
+def test_file_name_depends_on_signature_and_options() -> None:
     def half(x):  # type: ignore[no-untyped-def]
         return x / 2
 
@@ -162,7 +162,7 @@ def test_no_reader_needs_numba(module: str) -> None:
     )
 
 
-def test_large_arrays_and_threads(folder: Path) -> None:
+def test_large_arrays_work_in_many_threads(folder: Path) -> None:
     """The entry is the same for all threads, each with its own arguments."""
     from concurrent.futures import ThreadPoolExecutor
 

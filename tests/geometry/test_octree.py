@@ -51,7 +51,7 @@ def tree(budget: int = 10**9) -> CloudNodes:
     return CloudNodes(10.0 * boxes, 10.0 * spacing, counts, parent_rows(key), budget, (0,))
 
 
-def test_the_node_above_is_the_cube_around() -> None:
+def test_parent_node_encloses_its_children() -> None:
     key, boxes = cubes()
     above = parent_rows(key)
     assert above[0] == -1
@@ -99,7 +99,7 @@ VIEWS = [
 
 
 @pytest.mark.parametrize("seen", VIEWS)
-def test_every_node_that_a_picture_needs_is_chosen_and_few_others(seen: CloudView) -> None:
+def test_selection_contains_every_visible_node_and_few_others(seen: CloudView) -> None:
     nodes = tree()
     chosen = nodes.select_nodes(seen, 10**9)
     wanted = needed(nodes, seen)
@@ -121,7 +121,7 @@ def test_every_node_that_a_picture_needs_is_chosen_and_few_others(seen: CloudVie
         assert abs(q[0]) <= tall * seen.aspect + 3 * radius
 
 
-def test_nodes_behind_or_beside_the_viewer_are_not_chosen_but_the_first() -> None:
+def test_nodes_out_of_view_are_not_selected_and_far_view_selects_only_root() -> None:
     nodes = tree()
     assert nodes.select_nodes(view(np.array([5.0, 40.0, 5.0])), 10**9).tolist() == []
     assert nodes.select_nodes(view(np.array([90.0, -4.0, 5.0])), 10**9).tolist() == []
@@ -130,7 +130,7 @@ def test_nodes_behind_or_beside_the_viewer_are_not_chosen_but_the_first() -> Non
     assert far.tolist() == [0]
 
 
-def test_the_most_needed_come_first_and_no_more_than_the_budget() -> None:
+def test_nodes_are_sorted_by_need_and_limited_by_budget() -> None:
     nodes, seen = tree(), VIEWS[0]
     everything = nodes.select_nodes(seen, 10**9)
     off = np.maximum(nodes.bounds[:, 0] - seen.position, seen.position - nodes.bounds[:, 1])
@@ -144,7 +144,7 @@ def test_the_most_needed_come_first_and_no_more_than_the_budget() -> None:
     assert len(nodes) == len(nodes.counts)
 
 
-def test_a_node_is_closed_by_the_finest_shown_below_it() -> None:
+def test_closing_spacing_is_the_finest_spacing_shown_below_a_node() -> None:
     nodes = tree()
     deep = int(np.argmin(nodes.spacing))
     line = [deep]
@@ -171,7 +171,7 @@ def face(n: int = 130_000, seed: int = 0) -> PointCloud:
     )
 
 
-def test_pieces_of_a_cloud_that_is_there_are_rows_of_it() -> None:
+def test_nodes_of_loaded_cloud_refer_to_its_rows() -> None:
     cloud = face()
     arrangement = arrange(cloud.points)
     nodes = ArrangedNodes(cloud, arrangement, 10**6)
@@ -242,7 +242,7 @@ def _rows(cloud: PointCloud, rows: np.ndarray) -> PointCloud:
     return PointCloud(cloud.points[rows], cloud.colors[rows], cloud.normals[rows], fields)
 
 
-def test_ids_are_the_rows_of_the_file_read_whole_whatever_is_loaded() -> None:
+def test_point_ids_are_file_rows_whatever_is_loaded() -> None:
     file = File()
     ids = np.random.default_rng(3).integers(0, len(file.whole.points), 500)
     for _ in range(2):
@@ -255,7 +255,7 @@ def test_ids_are_the_rows_of_the_file_read_whole_whatever_is_loaded() -> None:
     assert file.store.points_of(np.zeros(0, np.int64)).shape == (0, 3)
 
 
-def test_fetched_nodes_are_kept_until_they_are_let_go() -> None:
+def test_fetched_nodes_stay_loaded_until_released() -> None:
     file = File()
     rows = [row for row in range(len(file.keys)) if row not in file.store.loaded()][:4]
     pieces = file.store.fetch([*rows, *file.store.first])
@@ -275,7 +275,7 @@ def test_fetched_nodes_are_kept_until_they_are_let_go() -> None:
     assert file.store.tree(rows[1], pieces[1].cloud) is file.store.tree(rows[1], pieces[1].cloud)
 
 
-def test_runs_of_a_cloud_hold_all_that_its_points_have() -> None:
+def test_split_clouds_keep_all_point_attributes() -> None:
     cloud = face(100)
     a, b, c = split_cloud(cloud, [30, 0, 70])
     assert [len(part.points) for part in (a, b, c)] == [30, 0, 70]
@@ -287,7 +287,7 @@ def test_runs_of_a_cloud_hold_all_that_its_points_have() -> None:
     assert bare.colors is bare.normals is None
 
 
-def test_the_streamed_cloud_speaks_for_the_whole() -> None:
+def test_streamed_cloud_reports_bounds_and_overview_of_the_whole() -> None:
     file = File()
     assert file.cloud.count == len(file.whole.points) == file.store.point_count
     assert np.array_equal(file.cloud.bounds, file.whole.bounds)
@@ -309,7 +309,7 @@ def test_the_streamed_cloud_speaks_for_the_whole() -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("loaded", ["all", "some"])
-def test_the_surface_of_what_is_there_answers_like_the_cloud_of_it(loaded: str) -> None:
+def test_streamed_surface_matches_surface_of_loaded_points(loaded: str) -> None:
     file = File()
     rows = range(len(file.keys)) if loaded == "all" else range(0, len(file.keys), 2)
     file.store.fetch(rows)
@@ -337,7 +337,7 @@ def test_the_surface_of_what_is_there_answers_like_the_cloud_of_it(loaded: str) 
         assert np.array_equal(streamed.corners(found), file.whole.points[found])
 
 
-def test_where_nothing_is_loaded_there_is_no_surface() -> None:
+def test_streamed_surface_has_no_normal_if_nothing_usable_is_loaded() -> None:
     file = File()
     surface = StreamedSurface(file.cloud)
     away = UTM + [500.0, 500.0, 500.0]
@@ -375,7 +375,7 @@ def chosen_plainly(nodes: CloudNodes, seen: CloudView) -> set[int]:
     return found
 
 
-def test_a_node_is_asked_for_where_its_ball_is_in_the_picture_and_coarse_there() -> None:
+def test_node_is_requested_if_its_ball_is_visible_and_too_coarse() -> None:
     """Fewer would leave holes at the edges of a picture, more would be read for nothing."""
     nodes, rng = tree(), np.random.default_rng(5)
     some = 0
@@ -397,7 +397,7 @@ def test_a_node_is_asked_for_where_its_ball_is_in_the_picture_and_coarse_there()
     assert some > 30
 
 
-def test_nodes_that_touch_a_box_are_those_whose_cubes_have_a_point_in_common_with_it() -> None:
+def test_nodes_near_box_are_those_whose_cubes_intersect_it() -> None:
     file = File()
     file.store.fetch(range(0, len(file.keys), 3))
     rng, there = np.random.default_rng(8), file.store.loaded()
@@ -418,7 +418,7 @@ def test_nodes_that_touch_a_box_are_those_whose_cubes_have_a_point_in_common_wit
         assert all(cloud is there[row] for row, cloud in found)
 
 
-def test_what_is_only_looked_up_is_not_kept() -> None:
+def test_read_nodes_are_not_kept_loaded() -> None:
     file = File()
     before = set(file.store.loaded())
     row = next(row for row in range(len(file.keys)) if row not in before)
@@ -434,13 +434,13 @@ def test_what_is_only_looked_up_is_not_kept() -> None:
     assert file.store.tree(row, file.store.fetch([row])[0].cloud) is not kept
 
 
-def test_the_usual_spacing_is_the_median_over_the_points() -> None:
+def test_median_spacing_is_the_median_over_points() -> None:
     store = File().store
     every = np.sort(np.repeat(store.spacing, store.counts))
     assert store.median_spacing == every[-(-len(every) // 2) - 1]
 
 
-def test_neighbours_follow_each_other_in_the_nodes_of_a_cloud_that_is_there() -> None:
+def test_neighbours_are_consecutive_in_nodes_of_a_loaded_cloud() -> None:
     cloud = face(60_000)
     nodes = ArrangedNodes(cloud, arrange(cloud.points), 10**6)
     assert nodes.is_ordered
@@ -452,7 +452,7 @@ def test_neighbours_follow_each_other_in_the_nodes_of_a_cloud_that_is_there() ->
 
 
 @pytest.mark.parametrize("most", [1, 50, 777])
-def test_so_many_points_tell_how_the_surface_lies_however_many_there_are(
+def test_surface_near_box_uses_at_most_the_maximum_number_of_points(
     most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("vomstudio.geometry.streaming.surfaces.MAX_FACE_POINTS", most)
@@ -469,7 +469,7 @@ def test_so_many_points_tell_how_the_surface_lies_however_many_there_are(
         assert found.mean(axis=0) == pytest.approx(inside.mean(axis=0), abs=0.2)
 
 
-def test_the_nearest_points_are_those_of_all_nodes_that_are_there() -> None:
+def test_nearest_points_are_searched_in_all_loaded_nodes() -> None:
     file = File()
     file.store.fetch(range(0, len(file.keys), 2))
     there = np.concatenate([cloud.points for cloud in file.store.loaded().values()])

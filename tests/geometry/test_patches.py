@@ -65,7 +65,7 @@ def coverage(length: float, repeats: int, seed: int) -> tuple[float, tuple[float
 
 
 @pytest.mark.parametrize("length", first_in_default_tier([0.0, 0.05, 0.1]))
-def test_the_confidence_of_a_patch_holds_the_true_plane_and_is_not_wider_than_it_must(
+def test_patch_confidence_contains_true_plane_and_is_not_too_wide(
     length: float,
 ) -> None:
     """Roughness up to a tenth of the patch; the scatter of 250 tilts is known to 5 %."""
@@ -76,7 +76,7 @@ def test_the_confidence_of_a_patch_holds_the_true_plane_and_is_not_wider_than_it
 
 @pytest.mark.slow
 @pytest.mark.parametrize("length", [0.0, 0.03, 0.05, 0.08, 0.1])
-def test_the_confidence_of_a_patch_holds_the_true_plane_in_many_trials(length):
+def test_patch_confidence_contains_true_plane_in_many_trials(length):
     held, widths = coverage(length, 3000, seed=8)
     assert 0.93 <= held <= 0.995
     assert 0.9 <= min(widths) <= max(widths) <= 1.35
@@ -104,7 +104,7 @@ OF_ITS_OWN = ("extent", "max_coordinate", "ordered", "axes")
 
 @pytest.mark.parametrize("n", [4, 5, 9, 30, 400])
 @pytest.mark.parametrize("thickness", [0.002, 0.05, 0.6])
-def test_a_patch_has_the_figures_of_the_plane_through_its_points(n: int, thickness: float) -> None:
+def test_patch_fit_matches_plane_through_its_points(n: int, thickness: float) -> None:
     points = blob(n, n, thickness)
     patch, plane = moment_fit(points), fit_plane(points, is_ordered=False)
     for field in fields(FittedPlane):
@@ -139,7 +139,7 @@ def test_a_patch_of_three_points_has_an_attitude_and_no_errors() -> None:
     assert not fit.hyperbolic_overflow
 
 
-def test_a_patch_exactly_in_its_plane_has_no_error_and_no_coplanarity() -> None:
+def test_exactly_planar_patch_has_zero_error_and_no_coplanarity() -> None:
     rng = np.random.default_rng(1)
     flat = rng.normal(size=(50, 2))
     fit = moment_fit(np.column_stack([flat, np.zeros(50)]))
@@ -149,7 +149,7 @@ def test_a_patch_exactly_in_its_plane_has_no_error_and_no_coplanarity() -> None:
     assert fit.max_confidence95_deg == fit.max_angular_error_deg == fit.rms == 0.0
 
 
-def test_fewer_independent_points_widen_the_confidence_as_fishers_law_says() -> None:
+def test_fewer_independent_points_widen_confidence_by_fisher_law() -> None:
     from scipy.stats import f
 
     points = blob(500, 3)
@@ -187,14 +187,14 @@ def test_the_extent_of_a_round_patch_is_its_diameter() -> None:
         ),
     ],
 )
-def test_a_patch_without_a_plane_is_refused_with_the_reason(
+def test_patch_without_plane_is_rejected_with_reason(
     points: np.ndarray, code: str, values: dict[str, int]
 ) -> None:
     with refused(code, GeometryError, **values):
         moment_fit(points)
 
 
-def test_moments_that_no_points_have_are_refused() -> None:
+def test_invalid_moments_are_rejected() -> None:
     eye = np.eye(3)
     for mean, scatter, code in (
         ((0.0, 0.0, np.nan), eye, "points.not-finite"),
@@ -208,7 +208,7 @@ def test_moments_that_no_points_have_are_refused() -> None:
             fit_moments(5, mean, scatter)
 
 
-def test_weighted_moments_are_those_of_points_that_often() -> None:
+def test_weighted_moments_match_repeated_points() -> None:
     rng = np.random.default_rng(2)
     points = rng.normal(size=(30, 3)) + [50.0, -80.0, 3.0]
     weights = rng.integers(1, 6, 30)
@@ -221,7 +221,7 @@ def test_weighted_moments_are_those_of_points_that_often() -> None:
     assert (nothing.n, nothing.mean, nothing.n_effective) == (0, (0.0, 0.0, 0.0), 0.0)
 
 
-def test_points_without_roughness_are_nearly_all_independent_and_rough_ones_are_few() -> None:
+def test_white_noise_points_are_nearly_all_independent_and_rough_ones_few() -> None:
     rng = np.random.default_rng(4)
     u, v = np.meshgrid(np.arange(ACROSS) / ALONG, np.arange(ALONG) / ALONG)
 
@@ -247,7 +247,7 @@ def test_few_points_and_points_in_a_plane_are_all_independent() -> None:
     assert moments(flat).n_effective == 400.0
 
 
-def test_the_outline_of_a_patch_is_its_corners_in_a_ring() -> None:
+def test_patch_outline_is_a_ring_of_its_corners() -> None:
     rng = np.random.default_rng(6)
     square = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0.0]])
     inner = np.column_stack([rng.uniform(0.1, 1.9, 40), rng.uniform(0.1, 0.9, 40), np.zeros(40)])
@@ -273,7 +273,7 @@ def test_corners_of_faces_share_their_area() -> None:
     assert weights.sum() == pytest.approx(6.0)
 
 
-def test_a_point_that_stands_twice_counts_once():
+def test_duplicate_point_counts_once():
     rng = np.random.default_rng(0)
     points = rng.standard_normal((200, 3)) * [1.0, 0.6, 0.01]
     once, twice = moments(points), moments(np.repeat(points, 2, axis=0))
@@ -283,7 +283,7 @@ def test_a_point_that_stands_twice_counts_once():
     assert once.n_effective == pytest.approx(twice.n_effective)
 
 
-def test_a_finer_meshed_corner_does_not_draw_the_plane_to_itself():
+def test_finely_meshed_part_does_not_bias_the_plane():
     """A tent of two equal slopes: its plane is level, however finely one slope is cut."""
 
     def slope(n: int, sign: float, first: int) -> tuple[np.ndarray, np.ndarray]:
@@ -303,7 +303,7 @@ def test_a_finer_meshed_corner_does_not_draw_the_plane_to_itself():
     assert fit.dip_deg < 1.0 < fit_moments(plain.n, plain.mean, plain.scatter).dip_deg
 
 
-def test_runs_are_another_way_to_write_ids():
+def test_id_runs_round_trip():
     rng = np.random.default_rng(3)
     ids = np.unique(rng.integers(0, 5000, 900))
     runs = ids_to_runs(rng.permutation(np.repeat(ids, 2)))
@@ -339,7 +339,7 @@ def cells(side: int, smooth: float, seed: int) -> np.ndarray:
 
 @pytest.mark.parametrize("smooth", [0.0, 1.0, 2.0])
 @pytest.mark.parametrize(("fine", "wide"), [(6, 2), (8, 2), (10, 2), (12, 2), (12, 3), (12, 5)])
-def test_a_patch_whose_cells_are_level_has_as_many_witnesses_as_the_closed_form_says(
+def test_independent_count_of_patch_matches_closed_form(
     fine: int, wide: int, smooth: float
 ) -> None:
     """The means of the cells and of every four of them are known, and so is their scatter."""
@@ -377,7 +377,9 @@ ROUNDING = 4.0 * float(np.finfo(np.float64).eps) * FAR
 
 
 @pytest.mark.parametrize(("share", "beyond"), [(0.95, False), (1.05, True)])
-def test_a_patch_within_roundings_of_its_place_has_no_shape(share: float, beyond: bool) -> None:
+def test_patch_smaller_than_rounding_of_its_position_has_no_shape(
+    share: float, beyond: bool
+) -> None:
     """Its size and its width, each just below and just above what can be told."""
     place = (0.0, -FAR, 0.0)
     length = share * ROUNDING
@@ -405,7 +407,7 @@ def test_a_patch_within_roundings_of_its_place_has_no_shape(share: float, beyond
         ((0, 0, 0), 0.1, 1e-12),
     ],
 )
-def test_a_patch_that_leans_by_rounding_alone_is_horizontal(
+def test_patch_tilted_only_by_rounding_is_horizontal(
     place: tuple[float, float, float], width: float, limit: float
 ) -> None:
     """A lean of more than a thousandth is one wherever the patch lies and however narrow it is."""

@@ -39,7 +39,7 @@ places = st.tuples(coordinates(WIDE), coordinates(HIGH))
 
 @settings(max_examples=40, deadline=None)
 @given(st.tuples(places, places, places))
-def test_a_triangle_holds_the_centres_that_lie_left_of_all_its_sides(corners) -> None:
+def test_triangle_contains_centres_on_the_same_side_of_all_edges(corners) -> None:
     a, b, c = np.array(corners)
     sides = []
     for p, q in ((a, b), (b, c), (c, a)):
@@ -52,14 +52,14 @@ def test_a_triangle_holds_the_centres_that_lie_left_of_all_its_sides(corners) ->
     assert (drawn == inside)[clear].all()
 
 
-def test_a_polygon_with_a_bay_is_as_a_second_library_has_it() -> None:
+def test_concave_polygon_matches_matplotlib() -> None:
     corners = np.array([[2.2, 1.1], [28.3, 3.7], [16.1, 9.9], [27.7, 20.2], [4.4, 18.6]])
     outline = Outline(np.vstack([corners, corners[:1]]))
     expected = outline.contains_points(CENTRES).reshape(HIGH, WIDE)
     assert (spread(polygon_area(corners, WIDE, HIGH)) == expected).all()
 
 
-def test_what_a_polygon_surrounds_twice_is_left_open() -> None:
+def test_area_enclosed_twice_by_polygon_is_excluded() -> None:
     """A five-pointed star, drawn in one go."""
     turns = np.radians(90 + 144 * np.arange(5))
     corners = np.column_stack([15.5 + 10 * np.cos(turns), 11.5 - 10 * np.sin(turns)])
@@ -69,13 +69,13 @@ def test_what_a_polygon_surrounds_twice_is_left_open() -> None:
 
 
 @pytest.mark.parametrize("corners", [[], [[3, 3]], [[3, 3], [9, 9]]])
-def test_fewer_than_three_corners_hold_nothing(corners) -> None:
+def test_polygon_with_fewer_than_three_corners_is_empty(corners) -> None:
     assert not spread(polygon_area(corners, WIDE, HIGH)).any()
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(places, min_size=1, max_size=5), st.floats(0.6, 9))
-def test_a_stroke_holds_what_is_within_its_radius(course, radius) -> None:
+def test_stroke_contains_centres_within_its_radius(course, radius) -> None:
     line = shapely.LineString(course) if len(set(course)) > 1 else shapely.Point(course[0])
     off = shapely.distance(line, shapely.points(CENTRES))
     clear = np.abs(off - radius) > 1e-6
@@ -83,11 +83,11 @@ def test_a_stroke_holds_what_is_within_its_radius(course, radius) -> None:
     assert (drawn == (off <= radius))[clear].all()
 
 
-def test_the_whole_is_every_pixel() -> None:
+def test_whole_area_contains_every_pixel() -> None:
     assert spread(whole_area(WIDE, HIGH)).all()
 
 
-def test_a_shape_hides_what_it_holds_and_taking_it_back_leaves_no_trace() -> None:
+def test_drawing_an_area_hides_its_pixels_and_undo_restores_them() -> None:
     rng = np.random.default_rng(3)
     before = rng.random((HIGH, WIDE)) < 0.6
     for hides in (True, False):
@@ -111,7 +111,7 @@ def test_a_shape_hides_what_it_holds_and_taking_it_back_leaves_no_trace() -> Non
 
 
 @pytest.mark.parametrize("place", [(-50.0, 5.0), (5.0, -50.0), (90.0, 5.0), (5.0, 90.0)])
-def test_a_shape_beside_the_picture_has_no_pixels_and_changes_nothing(
+def test_shape_outside_the_image_has_no_pixels_and_changes_nothing(
     place: tuple[float, float],
 ) -> None:
     triangle = np.array([[0.0, 0.0], [6.0, 0.0], [0.0, 6.0]]) + place
@@ -125,7 +125,7 @@ def test_a_shape_beside_the_picture_has_no_pixels_and_changes_nothing(
         assert draw_area(np.ones((HIGH, WIDE), bool), area, True) is None
 
 
-def test_the_box_of_a_shape_is_no_larger_than_the_pixels_it_touches() -> None:
+def test_bounding_box_of_area_fits_its_pixels() -> None:
     """A stroke across a picture of a hundred million pixels must not look at all of them."""
     area = stroke_area([[10.2, 7.9]], 2.5, WIDE, HIGH)
     assert (area.left, area.top, *area.is_inside.shape) == (7, 5, 6, 6)
@@ -135,7 +135,7 @@ def test_the_box_of_a_shape_is_no_larger_than_the_pixels_it_touches() -> None:
     assert (area.left, area.top, *area.is_inside.shape) == (0, HIGH - 2, 2, WIDE)
 
 
-def test_pixels_whose_centres_lie_on_an_edge_belong_to_one_of_two_neighbours() -> None:
+def test_pixel_centre_on_shared_edge_belongs_to_exactly_one_polygon() -> None:
     """Two polygons with slanted and upright edges in common leave no gap and no overlap."""
     shared = np.array([[10.5, 0.5], [10.5, 8.5], [16.5, 8.5], [20.5, 20.5]])
     left = np.vstack([shared, [[1.5, 20.5], [1.5, 0.5]]])
@@ -147,7 +147,7 @@ def test_pixels_whose_centres_lie_on_an_edge_belong_to_one_of_two_neighbours() -
 
 
 @pytest.mark.parametrize("end", [(10.5, 10.5), (10.5, 0.5)])
-def test_a_stroke_holds_the_centres_exactly_at_its_radius(end: tuple[float, float]) -> None:
+def test_stroke_contains_centres_exactly_at_its_radius(end: tuple[float, float]) -> None:
     """Three columns and four rows from its end make five."""
     for radius, held in ((5.0, True), (np.nextafter(5.0, 0.0), False)):
         drawn = spread(stroke_area([[10.5, 10.5], end], radius, WIDE, HIGH))

@@ -20,7 +20,7 @@ CUBE = np.array([[576_700.0, 5_188_100.0, 180.0], [576_703.0, 5_188_104.0, 192.0
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e30, -1e13, 1e300])
-def test_what_is_no_coordinate_is_refused_alone_in_a_row_and_in_an_array(value):
+def test_invalid_coordinates_are_detected_in_single_points_and_arrays(value):
     assert check_coordinates([1.0, value, 2.0]) is not None
     assert check_near_model((576_701.0, value, 185.0), CUBE) is not None
     points = np.zeros((3, 3))
@@ -29,12 +29,12 @@ def test_what_is_no_coordinate_is_refused_alone_in_a_row_and_in_an_array(value):
 
 
 @pytest.mark.parametrize("value", [0.0, -5_188_100.0, 6_378_137_000.0, 4e7])
-def test_metres_and_millimetres_on_earth_are_coordinates(value):
+def test_terrestrial_metres_and_millimetres_are_valid_coordinates(value):
     assert check_coordinates([value]) is None
     assert not find_invalid_points(np.full((1, 3), value)).any()
 
 
-def test_a_place_is_on_a_model_up_to_so_many_of_its_diameters():
+def test_point_is_near_model_up_to_maximum_number_of_diameters():
     x, y, z = CUBE[1]
     reach = 13.0 * MAX_DISTANCE_DIAMETERS
     assert check_near_model((x + 0.99 * reach, y, z), CUBE) is None
@@ -44,7 +44,7 @@ def test_a_place_is_on_a_model_up_to_so_many_of_its_diameters():
     assert finding.values["times"] == pytest.approx(200.0)
 
 
-def test_a_model_without_size_refuses_nothing_but_what_is_no_coordinate():
+def test_model_without_extent_rejects_only_invalid_coordinates():
     holed = np.full((2, 3), np.nan)
     assert check_near_model((1.0, 2.0, 3.0), holed) is None
     assert check_near_model((1.0, math.nan, 3.0), holed) is not None
@@ -54,10 +54,10 @@ def test_a_model_without_size_refuses_nothing_but_what_is_no_coordinate():
     ("longitude", "latitude", "name"),
     [(12.0, 95.0, "latitude"), (12.0, math.nan, "latitude"), (1e30, 45.0, "longitude")],
 )
-def test_degrees_off_the_globe_are_named(longitude, latitude, name):
+def test_out_of_range_longitude_or_latitude_is_reported(longitude, latitude, name):
     assert check_longitude_latitude(longitude, latitude).code == f"coordinate.{name}"
 
 
-def test_degrees_on_the_globe_are_taken():
+def test_valid_longitude_and_latitude_are_accepted():
     assert check_longitude_latitude(-179.9, -90.0) is None
     assert check_longitude_latitude(359.0, 90.0) is None

@@ -56,7 +56,7 @@ def test_white_noise_is_covered_as_often_as_stated(shape: str, n: int, isotropic
 @pytest.mark.parametrize("n", first_in_default_tier([30, 100]))
 @pytest.mark.parametrize("noise", first_in_default_tier(["exponential", "gaussian2"]))
 @pytest.mark.parametrize("length", first_in_default_tier([1 / 40, 1 / 20, 1 / 10]))
-def test_roughness_up_to_a_tenth_of_the_trace_keeps_its_coverage_at_a_bearable_width(
+def test_short_roughness_keeps_coverage_at_acceptable_width(
     n: int, noise: str, length: float
 ) -> None:
     cover, _, ratio, _ = SIMULATION.simulate(Case("arc", n, noise, length), REPEATS, 12)
@@ -74,7 +74,7 @@ def test_a_trace_of_a_thousand_points_is_covered_like_one_of_a_hundred(noise: st
 
 
 @pytest.mark.parametrize("spacing", ["uneven", "random"])
-def test_uneven_picks_cost_white_noise_nothing_and_rough_noise_little(spacing: str) -> None:
+def test_uneven_spacing_keeps_coverage_for_white_and_rough_noise(spacing: str) -> None:
     cover, *_ = SIMULATION.simulate(Case("arc", 60, spacing=spacing), REPEATS, 15)
     assert 0.93 - LUCK <= cover <= 0.97 + LUCK
     cover, _, ratio, _ = SIMULATION.simulate(
@@ -85,7 +85,7 @@ def test_uneven_picks_cost_white_noise_nothing_and_rough_noise_little(spacing: s
 
 
 @pytest.mark.slow
-def test_every_row_of_the_coverage_table_that_is_promised_holds() -> None:
+def test_every_stated_row_of_the_coverage_table_is_met() -> None:
     repeats = 6000
     luck = 3.0 * np.sqrt(0.95 * 0.05 / repeats)
     for case in SIMULATION.cases():
@@ -101,7 +101,7 @@ def test_every_row_of_the_coverage_table_that_is_promised_holds() -> None:
                 assert ratio <= 1.5 * 1.06, case
 
 
-def test_white_noise_is_hardly_penalised_for_being_ordered() -> None:
+def test_ordering_hardly_widens_confidence_for_white_noise() -> None:
     rng = np.random.default_rng(3)
     t = np.linspace(-1.0, 1.0, 80)
     points = np.stack([5.0 * t, 2.0 * t * t, np.zeros(80)], axis=1)
@@ -201,7 +201,7 @@ def test_dip_and_dip_direction_errors_are_the_extremes_of_the_region(dip: float)
     assert fit.dip_error_deg == pytest.approx(np.abs(dips - fit.dip_deg).max(), rel=0.12)
 
 
-def test_a_tilt_across_the_dip_costs_its_angle_over_the_tangent_of_the_dip() -> None:
+def test_tilt_about_dip_line_changes_dip_direction_by_tilt_over_tan_dip() -> None:
     """A strike line tilted by t lets the dip direction turn by t / tan(dip)."""
     for dip in (5.0, 30.0, 60.0):
         dd, d = np.array([0.0]), np.array([dip])
@@ -242,7 +242,7 @@ def test_error_rake_points_across_a_straight_trace() -> None:
 
 @pytest.mark.parametrize("shape", ["closed", "zigzag"])
 @pytest.mark.parametrize("spacing", ["even", "uneven", "random"])
-def test_odd_traces_get_sane_errors(shape: str, spacing: str) -> None:
+def test_unusual_trace_shapes_have_reasonable_errors(shape: str, spacing: str) -> None:
     flat, _ = SIMULATION.trace(shape, 40, spacing)
     points = np.zeros((500, 40, 3))
     points[:, :, :2] = flat
@@ -258,7 +258,7 @@ def test_odd_traces_get_sane_errors(shape: str, spacing: str) -> None:
 
 
 @pytest.mark.parametrize("method", ["pca", "regression"])
-def test_regression_and_inertia_state_like_errors_for_a_gentle_dip(method: str) -> None:
+def test_regression_and_orthogonal_fits_are_both_calibrated_at_gentle_dip(method: str) -> None:
     rng = np.random.default_rng(10)
     repeats = 3000
     points = np.zeros((repeats, 20, 3))
@@ -280,7 +280,7 @@ def test_regression_and_inertia_state_like_errors_for_a_gentle_dip(method: str) 
 
 @pytest.mark.parametrize("n", [12, 31, 64])
 @pytest.mark.parametrize("each", [1, 3])
-def test_expected_spectra_agree_with_the_covariance_they_stand_for(n: int, each: int) -> None:
+def test_expected_spectra_match_their_covariance(n: int, each: int) -> None:
     """Against plain matrices: the cosine transform of R, and the form of R with a series."""
     library = residual_correlation._ModelLibrary(n, each)
     i = np.arange(n)
@@ -311,7 +311,7 @@ def test_expected_spectra_agree_with_the_covariance_they_stand_for(n: int, each:
         assert library.mean[k] == pytest.approx(r.sum() / n)
 
 
-def test_a_very_long_trace_is_compared_by_pieces_without_changing_its_errors() -> None:
+def test_segmenting_a_very_long_trace_does_not_change_its_errors() -> None:
     rng = np.random.default_rng(12)
     ratios = []
     for _ in range(20):
@@ -327,7 +327,7 @@ def test_a_very_long_trace_is_compared_by_pieces_without_changing_its_errors() -
     assert ratio <= 1.6
 
 
-def test_models_of_roughness_have_the_weights_that_their_calibration_says() -> None:
+def test_roughness_models_have_the_calibrated_weights() -> None:
     """Those of a tenth of the trace, from where they grow with a power of the length."""
     pure = residual_correlation.MODEL_WHITE_SHARES == 0.0
     long = residual_correlation.MODEL_LENGTHS > residual_correlation.MIN_LONG_LENGTH
@@ -370,7 +370,7 @@ def test_models_of_roughness_have_the_weights_that_their_calibration_says() -> N
     assert residual_correlation.SHORT_LENGTHS[1] == pytest.approx(0.1)
 
 
-def test_the_limit_of_a_mixture_is_where_its_tail_is_five_per_cent() -> None:
+def test_mixture_quantile_has_five_percent_tail() -> None:
     """Against Fisher's laws and a root finder of scipy's."""
     from scipy.optimize import brentq
     from scipy.special import fdtrc
@@ -396,7 +396,7 @@ def test_the_limit_of_a_mixture_is_where_its_tail_is_five_per_cent() -> None:
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 @pytest.mark.parametrize("n", [4, 9, 40])
-def test_the_region_of_a_regression_is_that_of_its_slopes(axis: str, n: int) -> None:
+def test_regression_region_matches_joint_region_of_slopes(axis: str, n: int) -> None:
     """The joint 95 % ellipse of the two slopes, as a textbook has it, carried over to normals."""
     from scipy.stats import f
 
@@ -426,7 +426,7 @@ def test_the_region_of_a_regression_is_that_of_its_slopes(axis: str, n: int) -> 
 
 
 @pytest.mark.parametrize("hair", [0.0, 1e-20, 1e-17, 1e-16, 2e-16])
-def test_a_rake_a_hair_before_the_strike_is_0_and_never_180(hair: float) -> None:
+def test_rake_just_below_180_is_returned_as_0(hair: float) -> None:
     """The window and the tables take rakes from 0 to below 180."""
     dd, d = np.array([40.0, 40.0]), np.array([30.0, 30.0])
     strike, down = strike_and_dip_lines(dd, d)

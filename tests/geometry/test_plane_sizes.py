@@ -36,9 +36,7 @@ def simulated(sizes: PlaneSizes, size: float, runs: int = 3000) -> np.ndarray:
 @pytest.mark.parametrize(
     ("noise", "times"), first_in_default_tier([(0.1, 12), (0.15, 12), (0.15, 20), (0.4, 30)], 2)
 )
-def test_ninety_five_of_a_hundred_noisy_planes_lie_within_the_expected_error(
-    noise, registration, times
-):
+def test_95_percent_of_noisy_planes_are_within_expected_error(noise, registration, times):
     """Noise so large that it, not the resolution, decides."""
     sizes = PlaneSizes(RESOLUTION, noise, registration)
     size = times * RESOLUTION
@@ -46,7 +44,7 @@ def test_ninety_five_of_a_hundred_noisy_planes_lie_within_the_expected_error(
     assert 0.93 < within < 0.975
 
 
-def test_for_many_points_the_error_is_the_closed_form():
+def test_expected_error_for_many_points_matches_closed_form():
     """sqrt(-2 ln 0.05) sigma over the square root of n, over a quarter of the diameter; more where
     the disc is as thick as wide (Creasy 1956)."""
     sizes = PlaneSizes(RESOLUTION, 20.0)
@@ -58,7 +56,7 @@ def test_for_many_points_the_error_is_the_closed_form():
 
 
 @pytest.mark.parametrize("noise", [0.1, 0.6, 4.0, 40.0])
-def test_the_error_is_that_of_the_confidence_region_of_planes(noise):
+def test_expected_error_matches_confidence_region_of_plane(noise):
     sizes, size = PlaneSizes(RESOLUTION, noise), 60 * RESOLUTION
     values = np.array([[(size / 4) ** 2, (size / 4) ** 2, noise**2]])
     quantile = joint_quantile(np.array([math.pi / 4 * 60.0**2 - 3]))
@@ -67,7 +65,7 @@ def test_the_error_is_that_of_the_confidence_region_of_planes(noise):
     assert sizes.error_deg(size) == pytest.approx(max(axis if noise < 1.5 else 90.0, tilt))
 
 
-def test_without_noise_the_resolution_is_the_floor():
+def test_without_noise_resolution_limits_the_error():
     sizes = PlaneSizes(RESOLUTION, 0.0)
     # Half of the resolution over the width of a strip with the variance of the disc.
     expected = math.degrees(math.atan(0.5 / (100 * math.sqrt(12) / 4)))
@@ -75,7 +73,7 @@ def test_without_noise_the_resolution_is_the_floor():
     assert sizes.error_deg(9.9 * RESOLUTION) is None
 
 
-def test_the_expected_error_is_that_of_the_fit_of_such_a_disc():
+def test_expected_error_matches_fits_of_noisy_discs():
     """The verdict's own figure for a disc of points with this noise."""
     rng = np.random.default_rng(4)
     sizes, size = PlaneSizes(RESOLUTION, 0.3), 3.0
@@ -91,7 +89,7 @@ def test_the_expected_error_is_that_of_the_fit_of_such_a_disc():
     assert np.median(found) == pytest.approx(sizes.error_deg(size), rel=0.15)
 
 
-def test_errors_fall_with_size_and_rise_with_everything_else():
+def test_error_falls_with_size_and_rises_with_resolution_and_noise():
     plain = PlaneSizes.from_pixel_size(0.013)
     errors = [plane.error95_deg for plane in plain.curve()]
     assert errors == sorted(errors, reverse=True)
@@ -121,6 +119,6 @@ def test_the_size_for_an_error_has_that_error(noise, registration):
     assert size == pytest.approx(sizes.min_size) or sizes.error_deg(0.99 * size) > 5.0
 
 
-def test_no_plane_is_better_than_the_registration():
+def test_plane_error_is_never_below_registration_error():
     assert PlaneSizes(RESOLUTION, 0.01, 7.0).size_for_error(5.0) is None
     assert PlaneSizes(RESOLUTION, 0.01, 7.0).error_deg(1e6) == pytest.approx(7.0, abs=1e-3)

@@ -121,7 +121,7 @@ def test_regression_agrees_with_a_least_squares_solver(axis: str) -> None:
     assert fit.rms == pytest.approx(np.sqrt(((local @ normal) ** 2).mean()), rel=1e-6)
 
 
-def test_regression_is_refused_where_the_plane_is_parallel_to_its_axis() -> None:
+def test_regression_rejects_plane_parallel_to_its_axis() -> None:
     vertical = SQUARE[:, [2, 0, 1]] * 10.0  # in the plane x = 0
     with refused("plane.parallel-to-axis", GeometryError, axis="z"):
         fit_plane(vertical, method="regression", axis="z")
@@ -151,7 +151,7 @@ def same_but_turned(a: FittedPlane, b: FittedPlane, angle: float, rel: float) ->
 
 @settings(max_examples=40, deadline=None)
 @given(st.floats(0.0, 360.0), st.integers(0, 1000))
-def test_turning_the_world_about_up_turns_the_dip_direction_alone(angle: float, seed: int) -> None:
+def test_rotation_about_vertical_changes_only_dip_direction(angle: float, seed: int) -> None:
     points = bent_trace(seed)
     same_but_turned(fit_plane(points), fit_plane(turn_about_up(points, angle)), angle, 1e-6)
 
@@ -178,7 +178,7 @@ def test_walking_a_trace_backwards_changes_nothing() -> None:
     same_but_turned(fit_plane(points), fit_plane(points[::-1].copy()), 0.0, 1e-6)
 
 
-def test_the_order_of_points_does_not_matter_where_there_is_none() -> None:
+def test_point_order_does_not_matter_for_unordered_points() -> None:
     points = bent_trace(8)
     mixed = np.random.default_rng(0).permutation(points)
     same_but_turned(
@@ -188,7 +188,7 @@ def test_the_order_of_points_does_not_matter_where_there_is_none() -> None:
 
 @pytest.mark.parametrize("method", ["pca", "regression"])
 @pytest.mark.parametrize("ordered", [True, False])
-def test_a_batch_gives_what_single_fits_give(method: str, ordered: bool) -> None:
+def test_batch_fit_matches_single_fits(method: str, ordered: bool) -> None:
     rng = np.random.default_rng(4)
     groups = [bent_trace(i, n=int(rng.integers(3, 60))) for i in range(40)]
     groups[5] = groups[5][:2]
@@ -211,13 +211,13 @@ def test_a_batch_gives_what_single_fits_give(method: str, ordered: bool) -> None
         same_but_turned(fits[i], single, 0.0, 1e-6)
 
 
-def test_groups_are_taken_by_their_offsets_alone() -> None:
+def test_groups_are_defined_by_offsets_alone() -> None:
     points = np.concatenate([np.full((3, 3), 1e300), bent_trace(1), bent_trace(2)])
     fits = fit_planes(points, [3, 43, 83])
     assert fits[1].dip_deg == pytest.approx(fit_plane(bent_trace(2)).dip_deg)
 
 
-def test_no_groups_are_no_planes() -> None:
+def test_empty_batch_gives_no_planes() -> None:
     assert len(fit_planes(np.zeros((0, 3)), [0])) == 0
 
 
@@ -236,7 +236,7 @@ def test_no_groups_are_no_planes() -> None:
         (np.array([[0, 0, 0], [1, 0, np.nan], [1, 2, 3.0]]), "points.not-finite", {}),
     ],
 )
-def test_points_that_hold_no_plane_are_refused_with_the_reason(
+def test_points_without_a_plane_are_rejected_with_reason(
     points: np.ndarray, code: str, values: dict[str, int]
 ) -> None:
     with refused(code, GeometryError, **values):
@@ -245,7 +245,7 @@ def test_points_that_hold_no_plane_are_refused_with_the_reason(
 
 @settings(max_examples=100, deadline=None)
 @given(st.integers(0, 100_000), st.floats(1e-3, 1e4), st.integers(3, 50))
-def test_collinear_points_are_refused_wherever_they_lie(seed: int, length: float, n: int) -> None:
+def test_collinear_points_are_rejected_at_any_position(seed: int, length: float, n: int) -> None:
     rng = np.random.default_rng(seed)
     direction = rng.normal(size=3)
     points = rng.random((n, 1)) * length * direction + rng.uniform(-1, 1, 3) * 5e6
@@ -255,13 +255,13 @@ def test_collinear_points_are_refused_wherever_they_lie(seed: int, length: float
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 100_000))
-def test_a_small_real_plane_at_utm_is_not_refused(seed: int) -> None:
+def test_small_valid_plane_at_utm_is_accepted(seed: int) -> None:
     rng = np.random.default_rng(seed)
     points = rng.random((5, 3)) * [0.1, 0.05, 0.001] + UTM
     assert fit_plane(points).max_angular_error_deg is not None
 
 
-def test_malformed_input_is_refused_by_name() -> None:
+def test_malformed_input_is_rejected_by_name() -> None:
     for points, offsets, code, field in (
         (np.zeros((4, 2)), [0, 4], "points.invalid", "points"),
         (np.zeros((4, 3)), [0, 5], "points.offsets", "offsets"),
@@ -290,7 +290,7 @@ def test_three_points_have_an_attitude_and_no_errors() -> None:
     assert not fit.hyperbolic_overflow
 
 
-def test_a_point_clicked_twice_is_no_fourth_witness() -> None:
+def test_duplicate_point_does_not_count_as_fourth_point() -> None:
     triangle = np.array([[0, 0, 0], [1, 0, 0], [0, 1, -1.0]])
     assert fit_plane(triangle[[0, 1, 2, 2]]).max_confidence95_deg is None
     assert fit_plane(triangle[[0, 1, 2, 0]], is_ordered=False).max_confidence95_deg is None
@@ -306,7 +306,7 @@ def test_points_exactly_in_one_plane_have_no_error_and_an_infinite_coplanarity()
     assert fits[0].rms == 0.0
 
 
-def test_a_horizontal_plane_has_no_dip_direction_and_says_so() -> None:
+def test_horizontal_plane_is_flagged_as_having_no_dip_direction() -> None:
     fit = fit_plane(SQUARE + UTM)
     assert fit.undefined
     assert fit.dip_direction_deg == 0.0
@@ -316,7 +316,7 @@ def test_a_horizontal_plane_has_no_dip_direction_and_says_so() -> None:
 
 
 @pytest.mark.parametrize("flip", [1.0, -1.0])
-def test_a_vertical_plane_strikes_between_north_and_south(flip: float) -> None:
+def test_strike_of_vertical_plane_is_below_180(flip: float) -> None:
     for azimuth in (90.0, 120.0, 179.0, 180.0, 260.0):
         points = turn_about_up(SQUARE[:, [2, 0, 1]] * flip * 8.0, azimuth - 90.0)
         fit = fit_plane(points)
@@ -325,7 +325,7 @@ def test_a_vertical_plane_strikes_between_north_and_south(flip: float) -> None:
 
 
 @pytest.mark.parametrize("scale", [1e-320, 1e-160, 1e160, 1e308])
-def test_sizes_whose_squares_leave_the_range_are_refused_not_crashed_on(scale: float) -> None:
+def test_coordinates_whose_squares_overflow_are_rejected(scale: float) -> None:
     points = np.array([[0, 0, 0], [1, 0, 0.1], [0, 1, 0.2], [1, 1, 0.5]]) * scale
     with pytest.raises(GeometryError):
         fit_plane(points)
@@ -344,7 +344,7 @@ def test_sizes_whose_squares_leave_the_range_are_refused_not_crashed_on(scale: f
         ([[0, 4]], False),
     ],
 )
-def test_offsets_that_leave_the_points_are_refused(offsets: list[int], sound: bool) -> None:
+def test_offsets_beyond_the_points_are_rejected(offsets: list[int], sound: bool) -> None:
     points = np.concatenate([SQUARE, SQUARE + UTM])
     if sound:
         assert len(fit_planes(points, offsets)) == len(offsets) - 1
@@ -354,7 +354,7 @@ def test_offsets_that_leave_the_points_are_refused(offsets: list[int], sound: bo
     assert caught.value.field == "offsets"
 
 
-def test_what_is_asked_wrongly_is_named() -> None:
+def test_invalid_arguments_are_reported_by_field() -> None:
     for asked, field in (
         ({"method": "ransac"}, "method"),
         ({"axis": "w"}, "axis"),
@@ -369,7 +369,7 @@ def test_what_is_asked_wrongly_is_named() -> None:
         assert caught.value.field == "points"
 
 
-def test_a_group_without_a_plane_is_blank_in_a_batch_and_harms_no_other() -> None:
+def test_group_without_plane_is_nan_in_batch_and_affects_no_other() -> None:
     """One too short, one not finite, one far too large, one straight, one at a place."""
     line = np.outer(np.arange(6.0), [1.0, 2.0, 3.0])
     groups = [bent_trace(1), SQUARE[:2], bent_trace(2), SQUARE * np.nan, SQUARE * 1.1e150]
@@ -424,7 +424,7 @@ def test_a_regression_along_the_nearest_axis_keeps_steep_planes_steep(
         assert along_z.error[0] == Finding("plane.parallel-to-axis", axis="z")
 
 
-def test_a_regression_that_has_no_plane_is_blank_too() -> None:
+def test_failed_regression_is_nan_in_batch() -> None:
     vertical = SQUARE[:, [2, 0, 1]] * 10.0
     offsets = [0, 4, 44]
     both = np.concatenate([vertical, bent_trace(1)])
@@ -450,7 +450,7 @@ def test_a_plane_is_parallel_to_an_axis_within_a_ten_millionth_of_its_size(lean:
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10_000), st.sampled_from(["pca", "regression"]))
-def test_turning_the_world_in_any_way_turns_the_normal_alone(seed: int, method: str) -> None:
+def test_any_rotation_rotates_only_the_normal(seed: int, method: str) -> None:
     rng = np.random.default_rng(seed)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
@@ -468,14 +468,14 @@ def test_turning_the_world_in_any_way_turns_the_normal_alone(seed: int, method: 
         assert getattr(b, name) == pytest.approx(getattr(a, name), rel=1e-7), name
 
 
-def test_the_largest_coordinate_sets_what_is_rounding() -> None:
+def test_max_coordinate_sets_the_rounding_limit() -> None:
     points = bent_trace(4)
     assert fit_plane(points).max_coordinate == pytest.approx(np.abs(points).max())
     assert fit_plane(points - UTM).max_coordinate == pytest.approx(np.abs(points - UTM).max())
 
 
 @pytest.mark.parametrize("count", [16, 17])
-def test_points_picked_twice_are_looked_for_in_short_traces(count: int) -> None:
+def test_duplicate_points_are_detected_only_in_short_traces(count: int) -> None:
     """Of sixteen points, one of them twice, fifteen count; in a longer trace it matters little."""
     points = bent_trace(5, n=count - 1)
     repeated = points[[*range(count - 1), 3]]
@@ -490,7 +490,7 @@ def test_points_picked_twice_are_looked_for_in_short_traces(count: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_thickness_of_a_long_straight_trace_is_known_to_its_last_digits(seed: int) -> None:
+def test_thin_straight_trace_keeps_thickness_precision(seed: int) -> None:
     """A kilometre long, millimetres wide and far thinner: squares alone would lose it."""
     rng = np.random.default_rng(seed)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
@@ -509,7 +509,7 @@ SADDLE = np.array([1.0, -1.0, -1.0, 1.0]) * STEP
 
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize(("steps", "beyond"), [(3, False), (5, True)])
-def test_what_is_within_four_roundings_of_the_largest_coordinate_is_no_shape(
+def test_extent_within_four_roundings_of_largest_coordinate_is_zero(
     axis: int, steps: int, beyond: bool
 ) -> None:
     """A thickness, a width and a length of so many roundings, far from the origin."""
@@ -529,7 +529,7 @@ def test_what_is_within_four_roundings_of_the_largest_coordinate_is_no_shape(
 
 
 @pytest.mark.parametrize(("steps", "flat"), [(3, True), (5, False)])
-def test_a_plane_that_leans_by_rounding_alone_is_horizontal(steps: int, flat: bool) -> None:
+def test_plane_tilted_only_by_rounding_is_horizontal(steps: int, flat: bool) -> None:
     """Of a square a metre wide, eight roundings of its largest coordinate from side to side."""
     x, y = np.array([-0.5, 0.5, -0.5, 0.5]), np.array([-0.5, -0.5, 0.5, 0.5])
     fit = fit_plane(np.column_stack([x, y, -2.0 * steps * STEP * x]) + FAR)
@@ -547,9 +547,7 @@ def test_a_plane_that_leans_by_rounding_alone_is_horizontal(steps: int, flat: bo
         (0.9e-150, "points.coincident"),
     ],
 )
-def test_sizes_up_to_150_powers_of_ten_either_way_hold_a_plane(
-    size: float, code: str | None
-) -> None:
+def test_sizes_from_1e_minus_150_to_1e150_are_fitted(size: float, code: str | None) -> None:
     points = np.array([[-1, -1, -0.5], [1, -1, 0.5], [-1, 1, -0.5], [1, 1, 0.5]]) * size
     if code is None:
         fit = fit_plane(points)

@@ -18,7 +18,7 @@ def cloud(n: int = 3000, seed: int = 1) -> np.ndarray:
 
 
 @pytest.mark.parametrize("cell", [0.05, 0.3, 2.0])
-def test_planes_are_those_of_all_points_within_the_radius(cell: float) -> None:
+def test_planes_use_all_points_within_the_radius(cell: float) -> None:
     points = cloud()
     places = np.concatenate([points[::100], CORNER + [[9.0, 9.0, 9.0], [-0.2, 1.0, 1.0]]])
     found = PointGrid(points, cell).planes(places, 0.3)
@@ -35,7 +35,7 @@ def test_planes_are_those_of_all_points_within_the_radius(cell: float) -> None:
 
 
 @pytest.mark.parametrize(("cell", "reach"), [(0.2, 0.15), (0.2, 1.3), (0.05, 0.7), (3.0, 5.0)])
-def test_cylinders_hold_what_they_should(cell: float, reach: float) -> None:
+def test_cylinders_contain_expected_points(cell: float, reach: float) -> None:
     points, radius = cloud(), 0.2
     places = points[::100] + 0.01
     axes = np.random.default_rng(2).normal(size=places.shape)
@@ -52,7 +52,7 @@ def test_cylinders_hold_what_they_should(cell: float, reach: float) -> None:
             assert found.deviation[row] == pytest.approx(inside.std(ddof=1), abs=1e-8)
 
 
-def test_planes_with_equal_eigenvalues_and_exact_ones() -> None:
+def test_planes_with_equal_eigenvalues_and_exact_lines_are_fitted() -> None:
     x, y = np.meshgrid(np.arange(5.0), np.arange(5.0))
     level = np.column_stack([x.ravel(), y.ravel(), np.full(25, 7.0)])
     found = PointGrid(level, 1.0).planes(level, 1.5)
@@ -63,13 +63,13 @@ def test_planes_with_equal_eigenvalues_and_exact_ones() -> None:
     assert found.spread[2] == pytest.approx([0.0, 0.0, 2.0], abs=1e-12)
 
 
-def test_points_that_are_nowhere_and_none_at_all() -> None:
+def test_invalid_distant_and_missing_points_are_handled() -> None:
     points = np.array([[np.nan, 0, 0], [0.0, 0, 0], [1e7, 1e7, 1e7]])
     assert PointGrid(points, 1e-3).planes(points[1:], 0.5).count.tolist() == [1, 1]
     assert PointGrid(np.zeros((0, 3)), 1.0).planes(points[1:], 0.5).count.tolist() == [0, 0]
 
 
-def test_it_can_be_cancelled() -> None:
+def test_construction_can_be_cancelled() -> None:
     points = np.random.default_rng(1).uniform(0, 1, (60_000, 3))
     token = CancelToken()
     token.cancel()

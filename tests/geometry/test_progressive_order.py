@@ -49,7 +49,7 @@ def test_every_point_is_in_one_node(found: ProgressiveOrder, points: np.ndarray)
     assert np.flatnonzero(found.parents < 0).tolist() == [0]
 
 
-def test_nodes_lie_in_their_boxes_and_below_their_parents(
+def test_node_bounds_contain_their_points_and_parents_are_coarser(
     found: ProgressiveOrder, points: np.ndarray
 ) -> None:
     for node, rows in enumerate(nodes(found)):
@@ -65,9 +65,7 @@ def test_nodes_lie_in_their_boxes_and_below_their_parents(
 
 
 @pytest.mark.full
-def test_every_beginning_covers_the_whole_evenly(
-    found: ProgressiveOrder, points: np.ndarray
-) -> None:
+def test_every_prefix_covers_the_whole_evenly(found: ProgressiveOrder, points: np.ndarray) -> None:
     own = nodes(found)
     for spacing in np.unique(found.spacing)[1:]:
         some = np.concatenate([own[k] for k in np.flatnonzero(found.spacing >= spacing)])
@@ -91,7 +89,7 @@ def some_points(kind: str) -> np.ndarray:
 
 @pytest.mark.parametrize("kind", ["wall", "line", "heaps"])
 @pytest.mark.parametrize("most", [1, 40, 333])
-def test_every_level_ends_with_one_point_in_each_of_its_cubes(
+def test_every_level_has_one_point_per_cube(
     kind: str, most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("vomstudio.geometry.progressive_order.POINTS_PER_NODE", most)
@@ -117,7 +115,7 @@ def test_every_level_ends_with_one_point_in_each_of_its_cubes(
 
 
 @pytest.mark.parametrize("most", [40, 333])
-def test_what_lies_below_a_node_is_cut_into_even_nodes_no_more_than_needed(
+def test_points_below_a_node_are_split_into_fewest_even_nodes(
     most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("vomstudio.geometry.progressive_order.POINTS_PER_NODE", most)
@@ -129,7 +127,7 @@ def test_what_lies_below_a_node_is_cut_into_even_nodes_no_more_than_needed(
         assert np.ptp(below) <= 1
 
 
-def test_the_finest_spacing_is_that_of_the_cloud() -> None:
+def test_finest_spacing_matches_the_cloud() -> None:
     side = 900
     x, z = np.meshgrid(np.arange(side), np.arange(side))
     points = np.column_stack([x.ravel(), np.zeros(side**2), z.ravel()]) * 0.02 + UTM
@@ -149,7 +147,7 @@ def test_points_of_one_level_are_not_drawn_up_in_a_lattice() -> None:
     assert (columns > 0).mean() > 0.9
 
 
-def test_small_odd_and_unsound_clouds_have_an_order_too() -> None:
+def test_small_degenerate_and_invalid_clouds_have_an_order() -> None:
     for n in (0, 1, 2, 3, 1000):
         some = arrange(face(n))
         assert np.array_equal(np.sort(some.rows), np.arange(n))
@@ -165,7 +163,7 @@ def test_small_odd_and_unsound_clouds_have_an_order_too() -> None:
     assert np.isfinite(some.bounds).all()
 
 
-def test_it_can_be_stopped() -> None:
+def test_ordering_can_be_cancelled() -> None:
     class Enough(Exception):
         pass
 
@@ -176,7 +174,7 @@ def test_it_can_be_stopped() -> None:
         arrange(face(1000), check)
 
 
-def test_an_order_of_other_points_is_not_sound(found: ProgressiveOrder) -> None:
+def test_order_of_other_points_is_invalid(found: ProgressiveOrder) -> None:
     n = len(found.rows)
     assert not found.is_valid(n - 1)
     assert not replace(found, starts=found.starts[:-1]).is_valid(n)
@@ -185,14 +183,14 @@ def test_an_order_of_other_points_is_not_sound(found: ProgressiveOrder) -> None:
     assert not replace(found, bounds=found.bounds * np.nan).is_valid(n)
 
 
-def test_rows_of_clouds_of_billions_of_points_have_room_beside_their_places() -> None:
+def test_depth_leaves_enough_bits_for_row_numbers() -> None:
     for row_bits in range(1, 41):
         depth = _depth(row_bits)
         assert 3 * depth + row_bits <= 64
         assert depth == MAX_LEVEL or 3 * (depth + 1) + row_bits > 64
 
 
-def test_an_order_with_any_one_thing_wrong_is_not_sound(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_order_with_any_single_error_is_invalid(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vomstudio.geometry.progressive_order.POINTS_PER_NODE", 40)
     found = arrange(face(500))
     k, n = len(found), 500

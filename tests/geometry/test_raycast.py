@@ -31,7 +31,7 @@ def heap(seed: int = 7, m: int = 400) -> tuple[np.ndarray, np.ndarray]:
     return points.reshape(-1, 3), np.arange(3 * m, dtype=np.int32).reshape(m, 3)
 
 
-def test_rays_through_a_grid_meet_what_embree_meets() -> None:
+def test_grid_rays_match_embree() -> None:
     points, faces = heap()
     everything = np.arange(len(faces), dtype=np.int32)
     place = {"left": -4.0, "top": -3.5, "step": 0.031}
@@ -53,7 +53,7 @@ def test_rays_through_a_grid_meet_what_embree_meets() -> None:
     assert np.abs(v - hits["v"][both]).max() < 1e-3
 
 
-def test_quarters_are_the_grid_of_half_the_step() -> None:
+def test_quarter_rays_match_grid_of_half_step() -> None:
     points, faces = heap(8)
     everything = np.arange(len(faces), dtype=np.int32)
     wanted = np.random.default_rng(1).uniform(size=(50, 60)) < 0.3
@@ -100,7 +100,7 @@ def first_of_all(points: np.ndarray, faces: np.ndarray, x: float, y: float) -> t
 
 @pytest.mark.parametrize("step", [0.09, 0.4, 3.0])
 @pytest.mark.parametrize(("left", "top"), [(-2.0, -1.0), (1.3, 2.2), (40.0, -1.0), (-9.0, -9.0)])
-def test_pictures_beside_within_and_around_the_model_hold_what_is_there(
+def test_grids_beside_inside_and_around_the_model_match_brute_force(
     step: float, left: float, top: float
 ) -> None:
     """A triangle cut by an edge of the picture is drawn up to its last pixel there."""
@@ -126,7 +126,7 @@ def test_pictures_beside_within_and_around_the_model_hold_what_is_there(
                 )
 
 
-def test_only_the_faces_that_are_asked_are_met_and_those_edge_on_never() -> None:
+def test_only_requested_faces_are_hit_and_edge_on_faces_never() -> None:
     points = np.array([[0, 0, 5], [4, 0, 5], [0, 4, 5], [0, 0, 2], [4, 0, 2], [0, 4, 2.0]])
     points = np.concatenate([points, [[0, 1, 0], [4, 1, 0], [2, 1, 9.0]]])
     faces = np.arange(9, dtype=np.int32).reshape(3, 3)
@@ -142,7 +142,7 @@ def test_only_the_faces_that_are_asked_are_met_and_those_edge_on_never() -> None
 @pytest.mark.parametrize("first", range(3))
 @pytest.mark.parametrize("second", range(3))
 @pytest.mark.parametrize("flip", [False, True])
-def test_two_triangles_leave_no_seam_whichever_corner_comes_first(
+def test_adjacent_triangles_leave_no_gap_for_any_corner_order(
     first: int, second: int, flip: bool
 ) -> None:
     """Rays through the edge that they share, at a slant where every product is rounded."""

@@ -36,7 +36,7 @@ def first_of_all(mesh: Mesh, start: np.ndarray, way: np.ndarray) -> tuple[int, f
     return (int(t.argmin()) if np.isfinite(t.min()) else -1), float(t.min())
 
 
-def test_the_tree_meets_the_same_faces_as_asking_every_face() -> None:
+def test_tree_hits_match_brute_force() -> None:
     mesh = rough_sheet()
     tree = RayTree(mesh)
     rng = np.random.default_rng(2)
@@ -53,7 +53,7 @@ def test_the_tree_meets_the_same_faces_as_asking_every_face() -> None:
             assert np.abs(there - (starts[i] + t * ways[i])).max() < 1e-7
 
 
-def test_a_ray_ends_where_it_is_told() -> None:
+def test_ray_stops_at_its_maximum_distance() -> None:
     mesh = Mesh(np.array([[0.0, -1, -1], [0, 3, -1], [0, -1, 3]]), np.array([[0, 1, 2]], np.int32))
     tree = RayTree(mesh)
     start, way = np.array([-2.0, 0, 0]), np.array([[1.0, 0, 0]])
@@ -62,7 +62,7 @@ def test_a_ray_ends_where_it_is_told() -> None:
     assert tree.cast(start, -way).index[0] == -1
 
 
-def test_a_hole_of_numbers_meets_nothing_and_harms_nothing() -> None:
+def test_nan_vertices_and_rays_hit_nothing() -> None:
     mesh = rough_sheet(8)
     mesh.vertices[9] = np.nan
     hits = RayTree(mesh).cast(CORNER + [3.3, 4.4, 9.0], [[0, 0, -1.0], [np.nan, 0, -1]])
@@ -70,7 +70,7 @@ def test_a_hole_of_numbers_meets_nothing_and_harms_nothing() -> None:
     assert hits.index[1] == -1
 
 
-def test_sums_are_made_off_the_whole_numbered_corner_below_all_sound_points() -> None:
+def test_local_origin_is_integer_corner_below_all_valid_points() -> None:
     points = rough_sheet(8).vertices + 0.7
     wanted = np.floor(points.min(axis=0))
     for hole in (None, (9, slice(None)), (30, 1)):
@@ -85,13 +85,13 @@ def test_sums_are_made_off_the_whole_numbered_corner_below_all_sound_points() ->
         assert nowhere.cast(np.zeros(3), [[1.0, 0, 0]]).index[0] == -1
 
 
-def test_a_model_without_faces_is_never_met() -> None:
+def test_model_without_faces_is_never_hit() -> None:
     empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
     assert RayTree(empty).cast(np.zeros(3), [[1.0, 0, 0]]).index[0] == -1
 
 
 @pytest.mark.full
-def test_of_a_cloud_the_point_nearest_to_the_ray_on_the_first_surface_is_met() -> None:
+def test_cloud_hit_is_the_point_nearest_to_ray_on_first_surface() -> None:
     x, y = np.meshgrid(np.arange(20) * 0.1, np.arange(20) * 0.1)
     front = np.column_stack([x.ravel(), y.ravel(), np.full(400, 1.0)])
     back = front - [0, 0, 1.0]
@@ -103,7 +103,7 @@ def test_of_a_cloud_the_point_nearest_to_the_ray_on_the_first_surface_is_met() -
     assert np.isnan(hits.weights[0]).all()
 
 
-def test_a_ray_without_a_way_meets_nothing() -> None:
+def test_ray_without_direction_hits_nothing() -> None:
     mesh = rough_sheet(8)
     cloud = PointCloud(mesh.vertices)
     for tree in (RayTree(mesh), RayTree(cloud, max_distance=0.5)):
@@ -131,7 +131,7 @@ def nearest_of_all(
     return best, float(t[best])
 
 
-def test_of_a_cloud_rays_meet_what_its_definition_says() -> None:
+def test_cloud_hits_match_brute_force() -> None:
     rng = np.random.default_rng(4)
     points = rng.uniform([0, 0, 0], [10, 10, 6], (4000, 3)) + CORNER
     reach = 0.2
@@ -154,7 +154,7 @@ def test_of_a_cloud_rays_meet_what_its_definition_says() -> None:
     assert 60 < met < 195
 
 
-def test_normals_of_what_is_met_are_those_of_the_model() -> None:
+def test_hit_normals_match_the_model() -> None:
     mesh = rough_sheet(8)
     tree = RayTree(mesh)
     a, b, c = mesh.vertices[mesh.faces[11]]
@@ -172,7 +172,7 @@ def test_normals_of_what_is_met_are_those_of_the_model() -> None:
     assert RayTree(PointCloud(points)).normal(2) is None
 
 
-def test_boxes_of_the_tree_hold_what_is_below_them() -> None:
+def test_tree_boxes_contain_their_children() -> None:
     from vomstudio.geometry.rays.raytree import _build_boxes
 
     rng = np.random.default_rng(5)
@@ -190,7 +190,7 @@ def test_boxes_of_the_tree_hold_what_is_below_them() -> None:
             assert np.array_equal(highs[node], highs[both].max(axis=0))
 
 
-def test_bits_are_spread_three_apart_and_places_ordered_along_the_curve() -> None:
+def test_morton_codes_interleave_bits_and_order_points() -> None:
     from vomstudio.geometry.rays.raytree import _morton_order, _spread_bits
 
     rng = np.random.default_rng(6)
@@ -206,7 +206,7 @@ def test_bits_are_spread_three_apart_and_places_ordered_along_the_curve() -> Non
 
 
 @pytest.mark.parametrize("size", [(9.0, 2.0, 1.0), (1.0, 5.0, 0.0), (0.0, 0.0, 3.0), (0, 0, 0)])
-def test_the_curve_takes_one_bit_of_each_axis_in_turn_whatever_the_shape_of_the_box(
+def test_morton_order_interleaves_axes_for_any_box_shape(
     size: tuple[float, float, float],
 ) -> None:
     from vomstudio.geometry.rays.raytree import _morton_order
@@ -234,7 +234,7 @@ def around(middle: np.ndarray, size: float, count: int, seed: int) -> tuple[np.n
 
 
 @pytest.mark.parametrize("faces", [1, 4, 5, 9, 120])
-def test_rays_from_all_sides_meet_what_asking_every_face_says(faces: int) -> None:
+def test_rays_from_all_sides_match_brute_force_on_faces(faces: int) -> None:
     rng = np.random.default_rng(faces)
     size = 0.2 + 1.5 / faces
     corners = rng.uniform(-0.6, 0.6, (faces, 1, 3)) + size * rng.normal(size=(faces, 3, 3))
@@ -257,7 +257,7 @@ def test_rays_from_all_sides_meet_what_asking_every_face_says(faces: int) -> Non
 
 
 @pytest.mark.parametrize("count", [1, 4, 5, 200])
-def test_rays_from_all_sides_meet_the_points_that_the_definition_says(count: int) -> None:
+def test_rays_from_all_sides_match_brute_force_on_points(count: int) -> None:
     points = np.random.default_rng(count).uniform(-1.0, 1.0, (count, 3)) + CORNER
     reach = 0.4
     tree = RayTree(PointCloud(points), max_distance=reach)
@@ -269,7 +269,7 @@ def test_rays_from_all_sides_meet_the_points_that_the_definition_says(count: int
         assert hits.distance[i] == pytest.approx(t, rel=1e-6)
 
 
-def test_a_ray_in_the_plane_of_a_face_or_behind_its_start_does_not_meet_it() -> None:
+def test_face_edge_on_or_behind_the_ray_is_not_hit() -> None:
     mesh = Mesh(np.array([[0.0, -1, -1], [0, 3, -1], [0, -1, 3]]), np.array([[0, 1, 2]], np.int32))
     tree = RayTree(mesh)
     assert tree.cast([0.0, -5, 0], [[0.0, 1, 0]]).index[0] == -1
@@ -282,7 +282,7 @@ def test_a_ray_in_the_plane_of_a_face_or_behind_its_start_does_not_meet_it() -> 
 
 @pytest.mark.parametrize("first", range(3))
 @pytest.mark.parametrize("second", range(3))
-def test_no_ray_slips_through_the_edge_that_two_faces_share(first: int, second: int) -> None:
+def test_no_ray_passes_through_a_shared_edge(first: int, second: int) -> None:
     a, b = np.array([0.1, 0.7, 3.0]), np.array([7.3, 5.9, 4.0])
     points = np.array([a, b, [0.3, 6.1, 1.0], [7.7, 0.2, 2.0]])
     faces = np.array([np.roll([0, 1, 2], first), np.roll([1, 0, 3], second)], np.int32)
@@ -294,7 +294,7 @@ def test_no_ray_slips_through_the_edge_that_two_faces_share(first: int, second: 
     assert hits.distance == pytest.approx(np.ones(99))
 
 
-def test_the_position_of_a_hit_is_where_the_ray_is_and_that_of_a_point_its_own() -> None:
+def test_hit_position_is_on_the_face_or_is_the_point_itself() -> None:
     mesh = rough_sheet(6)
     tree = RayTree(mesh)
     weights = np.array([0.2, 0.3, 0.5])
@@ -304,7 +304,7 @@ def test_the_position_of_a_hit_is_where_the_ray_is_and_that_of_a_point_its_own()
     assert np.array_equal(cloud.position(7, np.full(3, np.nan)), mesh.vertices[7])
 
 
-def test_a_point_is_met_up_to_its_reach_and_before_its_start_not() -> None:
+def test_point_is_hit_within_max_distance_and_ahead_of_the_ray() -> None:
     points = np.array([[2.0, 0.5, 0.0], [-2.0, 0.0, 0.0], [0.0, 0.25, 0.0]]) + CORNER
     way = np.array([[4.0, 0.0, 0.0]])
     for reach, index in ((0.5, 0), (np.nextafter(0.5, 0.0), -1)):

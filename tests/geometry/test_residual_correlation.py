@@ -153,13 +153,13 @@ def compared(traces: list[Trace], dof: np.ndarray) -> None:
 
 @pytest.mark.parametrize("n", first_in_default_tier([12, 13, 31, 100, 255, 256]))
 @pytest.mark.parametrize("length", first_in_default_tier([0.0, 0.03, 0.1, 0.5]))
-def test_every_trace_of_a_batch_costs_what_plain_matrices_say(n: int, length: float) -> None:
+def test_batch_costs_match_dense_matrices(n: int, length: float) -> None:
     traces = [trace(n, length, seed) for seed in range(3)]
     compared(traces, np.full(3, n - 3.0))
 
 
 @pytest.mark.parametrize("uneven", [0.2, 0.6, 1.5, 9.0])
-def test_uneven_spacing_counts_where_the_points_lie(uneven: float) -> None:
+def test_uneven_spacing_uses_point_positions(uneven: float) -> None:
     traces = [trace(60, length, seed, uneven) for seed, length in enumerate((0.0, 0.05, 0.2))]
     compared(traces, np.full(3, 57.0))
 
@@ -175,20 +175,20 @@ def picked_again(distinct: int, n: int, seed: int) -> Trace:
     return u, v, r
 
 
-def test_points_picked_twice_leave_fewer_degrees_of_freedom() -> None:
+def test_duplicate_points_reduce_degrees_of_freedom() -> None:
     sizes = [5, 7, 9, 12]
     traces = [picked_again(size, 14, seed) for seed, size in enumerate(sizes)]
     compared(traces, np.array(sizes) - 3.0)
 
 
 @pytest.mark.parametrize("n", first_in_default_tier([257, 300, 640, 900], 1))
-def test_a_long_trace_is_compared_by_the_means_of_its_pieces(n: int) -> None:
+def test_long_trace_is_compared_by_segment_means(n: int) -> None:
     traces = [trace(n, length, seed) for seed, length in enumerate((0.0, 0.05))]
     traces.append(trace(n, 0.1, 7, uneven=9.0))
     compared(traces, np.full(3, n - 3.0))
 
 
-def test_traces_of_all_lengths_in_one_batch_keep_their_places() -> None:
+def test_traces_of_mixed_length_keep_their_order_in_batch() -> None:
     sizes = [40, 12, 300, 11, 40, 5, 12, 27]
     traces = [trace(n, 0.05, seed) for seed, n in enumerate(sizes)]
     dof = np.array(sizes) - 3.0
@@ -214,9 +214,7 @@ def test_one_degree_of_freedom_leaves_nothing_to_compare() -> None:
 
 
 @pytest.mark.parametrize(("each", "close"), [(2, 1e-12), (16, 1e-12), (17, 5e-3), (40, 5e-3)])
-def test_means_of_long_pieces_lose_their_white_noise_and_hardly_any_roughness(
-    each: int, close: float
-) -> None:
+def test_segment_means_lose_white_noise_and_keep_roughness(each: int, close: float) -> None:
     """Of more than sixteen points in a piece the correlation is worked out with sixteen."""
     rho, white = residual_correlation._correlations(20, each)
     matrices, wanted = correlations(20, each)
@@ -226,7 +224,7 @@ def test_means_of_long_pieces_lose_their_white_noise_and_hardly_any_roughness(
 
 
 @pytest.mark.parametrize("length", [0.0, 0.1, 0.5])
-def test_the_cost_of_roughness_is_the_same_for_a_trace_of_any_size_walked_either_way(
+def test_roughness_cost_ignores_trace_scale_and_direction(
     length: float,
 ) -> None:
     own = trace(50, length, 3)
@@ -243,7 +241,7 @@ def test_the_cost_of_roughness_is_the_same_for_a_trace_of_any_size_walked_either
             assert a[0] == pytest.approx(b[0], rel=1e-6)
 
 
-def test_a_trace_that_is_rough_along_its_whole_length_is_said_to_be() -> None:
+def test_trace_rough_along_its_whole_length_is_flagged() -> None:
     """Half of the belief in lengths beyond a tenth makes the flag; seen over many traces."""
     flagged = {
         length: np.mean([inflated([trace(80, length, s)], np.array([77.0]))[3] for s in range(40)])
@@ -254,13 +252,13 @@ def test_a_trace_that_is_rough_along_its_whole_length_is_said_to_be() -> None:
     assert flagged[0.5] >= 0.5
 
 
-def test_points_exactly_in_their_plane_cost_nothing() -> None:
+def test_exactly_planar_points_have_zero_error() -> None:
     t = np.linspace(-1.0, 1.0, 30)
     fit = fit_plane(np.column_stack([5.0 * t, 2.0 * t * t, 3.0 * t]))
     assert fit.max_confidence95_deg == pytest.approx(0.0, abs=1e-6)
 
 
-def test_belief_in_models_is_shared_out_however_far_apart_they_are() -> None:
+def test_model_weights_normalize_without_overflow() -> None:
     """A model that explains a trace worse by more than numbers can tell is given nothing."""
     logarithms = np.array([[0.0, -3000.0, np.log(3.0)], [5000.0, 5000.0, -5000.0]])
     for shift in (0.0, 900.0, -900.0):
@@ -269,7 +267,7 @@ def test_belief_in_models_is_shared_out_however_far_apart_they_are() -> None:
 
 
 @pytest.mark.parametrize("each", [1, 3])
-def test_a_length_is_believed_in_where_neighbours_still_share_more_than_1_in_e(each: int) -> None:
+def test_correlation_length_counts_if_neighbours_correlate_above_1_in_e(each: int) -> None:
     """Of the means of pieces, over the length of a piece."""
     told = 0
     for k, length in enumerate(residual_correlation.MODEL_LENGTHS):
@@ -290,9 +288,7 @@ def test_a_length_is_believed_in_where_neighbours_still_share_more_than_1_in_e(e
 
 @pytest.mark.parametrize("heavy", [0.051, 0.06, 0.3])
 @pytest.mark.parametrize("cost", [1e2, 1e5])
-def test_a_model_that_is_hardly_believed_but_far_wider_sets_the_limit(
-    heavy: float, cost: float
-) -> None:
+def test_unlikely_but_much_wider_model_sets_the_quantile(heavy: float, cost: float) -> None:
     """The tail then has a long flat step, over which straight steps overshoot."""
     weight, g = np.array([[1.0 - heavy, heavy]]), np.array([[[1.0, cost]], [[cost, 1.0]]])
     freedom, dof = np.array([[40.0, 25.0]]), np.array([40.0])
@@ -307,7 +303,7 @@ def test_a_model_that_is_hardly_believed_but_far_wider_sets_the_limit(
         assert found[axis] == pytest.approx(wanted, rel=1e-11)
 
 
-def test_the_limit_of_a_mixture_is_where_its_tail_is_five_in_a_hundred() -> None:
+def test_mixture_quantile_has_five_percent_tail() -> None:
     rng = np.random.default_rng(1)
     traces, models = 4000, 12
     g = rng.uniform(0.2, 30.0, (2, traces, models))

@@ -28,7 +28,7 @@ def resolved(points: np.ndarray, step: int = 131) -> float:
     return found
 
 
-def test_points_at_random_resolve_one_over_the_root_of_their_density():
+def test_random_points_resolve_inverse_root_of_density():
     """Twice the mean gap to the nearest neighbour (Clark and Evans 1954)."""
     points = at_random()
     assert resolved(points) == pytest.approx(1 / np.sqrt(DENSITY), rel=0.05)
@@ -36,7 +36,7 @@ def test_points_at_random_resolve_one_over_the_root_of_their_density():
     assert gaps.mean() == pytest.approx(0.5 / np.sqrt(DENSITY), rel=0.05)
 
 
-def test_a_grid_resolves_its_step_turned_or_not():
+def test_grid_resolution_is_its_step_at_any_rotation():
     x, y = np.meshgrid(np.arange(60) * 0.05, np.arange(60) * 0.05)
     grid = np.stack([x, y, 0 * x], -1).reshape(-1, 3)
     assert resolved(grid, 17) == pytest.approx(0.05, rel=0.08)
@@ -49,19 +49,19 @@ def test_noise_larger_than_the_spacing_is_the_resolution(times):
     assert found == pytest.approx(max(times, 1.0) * spacing, rel=0.12)
 
 
-def test_four_times_the_points_resolve_half():
+def test_four_times_the_points_halve_the_resolution():
     assert resolved(at_random(density=4 * 100)) == pytest.approx(
         0.5 * resolved(at_random(density=100)), rel=0.06
     )
 
 
-def test_points_that_stand_twice_are_not_finer():
+def test_duplicate_points_do_not_improve_resolution():
     points = at_random(density=50)
     assert resolved(np.repeat(points, 2, axis=0)) == pytest.approx(resolved(points), rel=0.1)
 
 
 @pytest.mark.parametrize("built", [False, True])
-def test_a_surface_says_the_same_around_a_pick(built):
+def test_local_resolution_of_surface_matches(built):
     points = at_random(noise=3.0 / np.sqrt(DENSITY), density=DENSITY)
     surface = VertexSurface(points)
     if built:
@@ -70,7 +70,7 @@ def test_a_surface_says_the_same_around_a_pick(built):
     assert found == pytest.approx(3.0 / np.sqrt(DENSITY), rel=0.2)
 
 
-def test_points_at_one_place_have_none():
+def test_coincident_points_have_no_resolution():
     points = np.zeros((50, 3))
     assert effective_resolution(points, cKDTree(points), points[:3]) is None
 
@@ -81,7 +81,7 @@ def test_few_points_need_no_tree_for_the_same_answer():
     assert few == pytest.approx(effective_resolution(points, cKDTree(points), points), rel=1e-9)
 
 
-def test_ledges_are_no_noise():
+def test_ledges_do_not_count_as_noise():
     """A cliff of steps, each surface a grid of 5 cm without any noise: its treads and risers are as
     deep as ten points are apart."""
     step, depth = 0.05, 0.5

@@ -35,7 +35,7 @@ def left_by_lines(errors: Array) -> Array:
 
 
 @pytest.mark.parametrize("rho", [0.3, 0.7, 0.95])
-def test_the_matrix_of_correlations_and_what_makes_errors_independent(rho: float) -> None:
+def test_correlate_applies_correlation_matrix_and_whiten_inverts_it(rho: float) -> None:
     lag = np.abs(np.subtract.outer(np.arange(12), np.arange(12)))
     matrix = rho**lag
     rng = np.random.default_rng(0)
@@ -45,7 +45,7 @@ def test_the_matrix_of_correlations_and_what_makes_errors_independent(rho: float
     assert root @ matrix @ root.T == pytest.approx(np.eye(12), abs=1e-12)
 
 
-def test_independent_errors_are_seldom_called_a_drift() -> None:
+def test_independent_errors_are_rarely_reported_as_drift() -> None:
     rng = np.random.default_rng(1)
     found = [
         fit_serial_correlation(lines(20), left_by_lines(rng.normal(size=(20, 3))))
@@ -55,7 +55,7 @@ def test_independent_errors_are_seldom_called_a_drift() -> None:
 
 
 @pytest.mark.parametrize("rho", [0.5, 0.8, 0.9])
-def test_the_correlation_is_found_though_the_fit_has_taken_some_out(rho: float) -> None:
+def test_correlation_estimate_corrects_for_fitted_parameters(rho: float) -> None:
     rng = np.random.default_rng(2)
     found = [
         fit_serial_correlation(lines(60), left_by_lines(drifting(rng, 60, rho))) for _ in range(60)
@@ -63,12 +63,12 @@ def test_the_correlation_is_found_though_the_fit_has_taken_some_out(rho: float) 
     assert np.median(found) == pytest.approx(rho, abs=0.06)
 
 
-def test_few_errors_tell_nothing() -> None:
+def test_few_errors_give_zero_correlation() -> None:
     errors = np.ones((5, 3))
     assert fit_serial_correlation(lines(5), errors) == 0.0
 
 
-def test_the_order_of_the_axes_and_the_direction_make_no_difference() -> None:
+def test_reversing_order_and_scaling_do_not_change_correlation() -> None:
     rng = np.random.default_rng(3)
     errors = left_by_lines(drifting(rng, 40, 0.7))
     found = fit_serial_correlation(lines(40), errors)

@@ -33,7 +33,7 @@ def test_resolution_is_the_spacing_of_the_grid(built, spacing):
     assert surface.local_resolution(trace) == pytest.approx(spacing, rel=0.15)
 
 
-def test_resolution_is_that_of_the_part_that_was_picked():
+def test_local_resolution_is_that_of_the_picked_part():
     fine = face(0.02, np.array([0.0, -1.0, 0.0]))
     coarse = face(0.2, np.array([0.0, -1.0, 0.0])) + np.array([100.0, 0.0, 0.0])
     surface = VertexSurface(np.concatenate([coarse, fine]))
@@ -42,7 +42,7 @@ def test_resolution_is_that_of_the_part_that_was_picked():
     assert surface.local_resolution(coarse[:5]) == pytest.approx(0.2, rel=0.15)
 
 
-def test_vertices_that_stand_twice_on_a_seam_do_not_count_as_spacing():
+def test_duplicate_seam_vertices_do_not_affect_resolution():
     points = face(0.05, np.array([0.0, -1.0, 0.0]))
     surface = VertexSurface(np.repeat(points, 2, axis=0))
     assert surface.local_resolution(points[40:43]) == pytest.approx(0.05, rel=0.2)
@@ -59,7 +59,7 @@ def test_the_answers_do_not_depend_on_the_tree(built):
 
 
 @pytest.mark.parametrize("normal", [(0.0, -1.0, 0.0), (0.6, -0.8, 0.0), (0.3, -0.4, np.sqrt(0.75))])
-def test_the_outcrop_normal_is_that_of_the_face_around_a_trace_across_it(normal):
+def test_outcrop_normal_is_that_of_face_around_the_trace(normal):
     normal = np.array(normal)
     points = face(0.02, normal)
     along = np.linspace(0.1, 0.9, 9)
@@ -71,7 +71,7 @@ def test_the_outcrop_normal_is_that_of_the_face_around_a_trace_across_it(normal)
     assert angle < 2.0
 
 
-def test_too_little_surface_has_no_face():
+def test_too_few_vertices_give_no_face():
     line = np.stack([np.linspace(0, 1, 50), np.zeros(50), np.zeros(50)], axis=1)
     assert VertexSurface(line).outcrop_normal(line[::10]) is None
     assert VertexSurface(line[:2]).outcrop_normal(line[:2]) is None
@@ -83,7 +83,7 @@ def test_the_extent_is_the_diagonal_of_the_box():
     assert VertexSurface(points).extent == pytest.approx(13.0)
 
 
-def test_the_normal_of_a_ball_is_that_of_its_vertices():
+def test_ball_normal_is_fitted_to_its_vertices():
     normal = np.array([0.6, -0.8, 0.0])
     points = face(0.1, normal, seed=5)
     surface = VertexSurface(points)
@@ -104,7 +104,7 @@ def test_the_normal_of_a_ball_is_that_of_its_vertices():
 
 
 @pytest.mark.parametrize("built", [False, True])
-def test_a_ball_holds_what_is_within_its_radius(built):
+def test_ball_contains_vertices_within_its_radius(built):
     points = face(0.1, np.array([0.0, -1.0, 0.0]), seed=6)
     surface = VertexSurface(points)
     if built:
@@ -115,7 +115,7 @@ def test_a_ball_holds_what_is_within_its_radius(built):
         assert np.array_equal(np.sort(surface._ids_in_ball(centre, radius)), wanted)
 
 
-def test_the_face_is_that_of_the_cliff_and_not_the_ledge_that_a_trace_runs_along():
+def test_outcrop_normal_is_that_of_cliff_and_not_of_the_ledge():
     """A bed crops out as a ledge, 3 m by 1 m and sloping by 45 degrees, in a wall of 40 by 20 m."""
     wall = np.array([0.0, -1.0, 0.0])
     u, v = (x.ravel() for x in np.meshgrid(np.arange(-20, 20, 0.1), np.arange(-10, 10, 0.1)))
@@ -129,13 +129,13 @@ def test_the_face_is_that_of_the_cliff_and_not_the_ledge_that_a_trace_runs_along
         assert np.degrees(np.arccos(min(1.0, abs(found @ wall)))) < 2.0
 
 
-def test_a_blob_has_no_face():
+def test_isotropic_point_cloud_has_no_face():
     blob = np.random.default_rng(0).normal(size=(400, 3))
     assert VertexSurface(blob).outcrop_normal(np.array([[-1.0, 0, 0], [1.0, 0, 0]])) is None
 
 
 @pytest.mark.parametrize("step", [1, 7, 1681])
-def test_a_plain_search_in_pieces_finds_all_of_a_ball(step, monkeypatch):
+def test_blockwise_search_finds_all_points_in_a_ball(step, monkeypatch):
     monkeypatch.setattr("vomstudio.geometry.surface.BLOCK_SIZE", step)
     points = face(0.1, np.array([0.0, -1.0, 0.0]), seed=6)[:1681]
     centre = points[900]
@@ -144,7 +144,7 @@ def test_a_plain_search_in_pieces_finds_all_of_a_ball(step, monkeypatch):
 
 
 @pytest.mark.parametrize("built", [False, True])
-def test_of_a_long_trace_some_points_stand_for_all_its_ends_among_them(built):
+def test_long_trace_is_sampled_including_its_ends(built):
     """Half of the trace lies on fine points, the end of it on coarse ones."""
     fine = face(0.05, np.array([0.0, -1.0, 0.0]))
     coarse = face(0.4, np.array([0.0, -1.0, 0.0])) + [100.0, 0.0, 0.0]
@@ -179,7 +179,7 @@ def test_the_face_around_a_trace_reaches_three_times_its_extent_or_ten_spacings(
         assert (abs(normal[2]) > 0.9) == seen
 
 
-def test_a_trace_is_followed_at_even_steps_with_its_ends():
+def test_resampled_trace_has_even_steps_and_keeps_its_ends():
     from vomstudio.geometry.surface import _resample_polyline
 
     corner = np.array([[0.0, 0, 0], [3, 0, 0], [3, 1, 0]])
@@ -192,7 +192,7 @@ def test_a_trace_is_followed_at_even_steps_with_its_ends():
 
 
 @pytest.mark.parametrize("radius", [0.2, 0.9, 2.5])
-def test_where_a_sample_of_a_large_model_is_too_thin_its_nearest_vertices_tell(radius, monkeypatch):
+def test_nearest_vertices_replace_a_sample_that_is_too_sparse(radius, monkeypatch):
     """Of a ball the sample counts where it holds 64 vertices, else the 64 nearest of all do."""
     monkeypatch.setattr("vomstudio.geometry.surface.MAX_COARSE_VERTICES", 100)
     points = face(0.1, np.array([0.6, -0.8, 0.0]), seed=7)
@@ -218,7 +218,7 @@ def test_where_a_sample_of_a_large_model_is_too_thin_its_nearest_vertices_tell(r
         ((1.0, 0.9e-6, 0.0), False),
     ],
 )
-def test_a_face_is_thin_and_has_a_width(halves, is_face):
+def test_face_must_be_thin_and_wide_enough(halves, is_face):
     ends = np.diag(halves)
     turn = np.linalg.qr(np.random.default_rng(9).normal(size=(3, 3)))[0]
     surface = VertexSurface(np.concatenate([ends, -ends]) @ turn)
@@ -229,14 +229,14 @@ def test_a_face_is_thin_and_has_a_width(halves, is_face):
 
 
 @pytest.mark.parametrize(("width", "has_one"), [(1.1e-6, True), (0.9e-6, False)])
-def test_a_ball_with_a_line_in_it_has_no_normal(width, has_one):
+def test_ball_containing_only_a_line_has_no_normal(width, has_one):
     points = np.array([[-1.0, 0, 0], [1.0, 0, 0], [0, width, 0], [0, -width, 0]])
     surface = VertexSurface(points)
     surface.build()
     assert (surface._normal(np.zeros(3), 2.0) is not None) == has_one
 
 
-def test_vertices_that_all_stand_at_one_place_have_neither_normal_nor_face():
+def test_coincident_vertices_have_no_normal_and_no_face():
     heap = VertexSurface(np.ones((9, 3)))
     heap.build()
     assert heap._normal(np.ones(3), 1.0) is None
@@ -255,7 +255,7 @@ def ridge() -> tuple[VertexSurface, float]:
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_the_face_of_a_line_within_one_face_is_that_one(side: float) -> None:
+def test_line_within_one_face_uses_that_face(side: float) -> None:
     """Picks that stray along one side of a ridge say nothing of the plane about their line."""
     surface, spacing = ridge()
     rng = np.random.default_rng(1)
@@ -268,7 +268,7 @@ def test_the_face_of_a_line_within_one_face_is_that_one(side: float) -> None:
     assert total_error_deg(fit_plane(picks), spacing, outcrop_normal=face) == 90.0
 
 
-def test_a_narrow_line_that_cuts_into_the_rock_has_the_face_around_it() -> None:
+def test_narrow_line_cutting_into_rock_uses_surrounding_face() -> None:
     surface, spacing = ridge()
     x = np.linspace(1.0, 2.0, 30)
     # Over the crest, in the plane x - y = 1.5, as narrow as picks stray.

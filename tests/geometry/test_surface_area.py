@@ -51,7 +51,7 @@ def test_a_square_on_a_tilted_plane_has_the_area_of_its_side_squared(seed):
     assert area_inside(corners(mesh), ring) == pytest.approx(side**2, rel=1e-9)
 
 
-def test_a_rough_face_has_the_area_that_vtk_cuts_out():
+def test_rough_face_area_matches_vtk_clip():
     """A square outline is four planes, with which VTK clips exactly."""
     import pyvista
 
@@ -71,7 +71,7 @@ def test_a_rough_face_has_the_area_that_vtk_cuts_out():
     assert found > 4.0 * 1.1
 
 
-def test_a_round_outline_on_a_wavy_face_comes_to_the_integral():
+def test_round_outline_on_wavy_face_matches_integral():
     def height(x, y):
         return 0.3 * np.sin(2.0 * x) * np.cos(y)
 
@@ -92,7 +92,7 @@ def test_a_round_outline_on_a_wavy_face_comes_to_the_integral():
     assert area_inside(corners(grid(height, n=300)), ring) == pytest.approx(wanted, rel=1e-3)
 
 
-def test_a_dented_outline_and_faces_larger_than_it():
+def test_concave_outline_and_faces_larger_than_outline_are_clipped():
     plane = corners(grid(lambda x, y: 0.0, n=2))
     letter = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], float)
     ring = np.column_stack([letter, np.zeros(6)])
@@ -100,7 +100,7 @@ def test_a_dented_outline_and_faces_larger_than_it():
     assert area_inside(plane, 1e-3 * ring) == pytest.approx(3e-6, rel=1e-9)
 
 
-def test_a_wall_behind_does_not_count_and_a_hole_is_a_hole():
+def test_wall_behind_is_excluded_and_hole_reduces_area():
     front = grid(lambda x, y: 0.0)
     behind = grid(lambda x, y: -1.5)
     both = np.concatenate([corners(front), corners(behind)])
@@ -112,7 +112,7 @@ def test_a_wall_behind_does_not_count_and_a_hole_is_a_hole():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_part_inside_has_that_area_and_stays_on_the_surface_within_the_outline(seed):
+def test_clipped_part_has_the_area_and_stays_within_outline(seed):
     rng = np.random.default_rng(seed)
     turn, shift = rotation(seed), rng.normal(size=3) * 1000.0
     angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
@@ -145,12 +145,12 @@ def test_the_part_inside_has_that_area_and_stays_on_the_surface_within_the_outli
     ],
     ids=["two points", "crossing itself", "in a row", "no place", "beside the model"],
 )
-def test_what_encloses_nothing_has_no_area(ring):
+def test_degenerate_outline_has_no_area(ring):
     assert area_inside(corners(grid(lambda x, y: 0.0)), ring) is None
     assert clip_to_outline(corners(grid(lambda x, y: 0.0)), ring) is None
 
 
-def test_a_model_finds_the_faces_itself_before_and_after_it_is_built():
+def test_mesh_selects_faces_itself_before_and_after_build():
     mesh = grid(lambda x, y: 0.1 * np.sin(4.0 * x))
     # One face far longer than the others, such as closes a hole, reaches below the outline.
     far = np.array([[100.0, 0.0, -5.0], [0.0, 100.0, -5.0], [-100.0, -100.0, -5.0]])

@@ -10,11 +10,11 @@ from scipy.stats import chi2
 from vomstudio.geometry.rotation_errors import CHI2_TWO, direction_covariance, errors_95_deg
 
 
-def test_the_limit_is_that_of_two_dimensions() -> None:
+def test_limit_is_the_two_dimensional_chi_square_quantile() -> None:
     assert pytest.approx(chi2.ppf(0.95, 2)) == CHI2_TWO
 
 
-def test_a_turn_about_the_vertical_moves_upright_planes_only() -> None:
+def test_rotation_error_about_vertical_affects_only_steep_planes() -> None:
     """About up by 1 degree (1 sigma): the pole of an upright plane by as much, that of a flat one
     not at all, that of one that dips 30 degrees by sin 30 of it."""
     rotation = np.diag([0.0, 0.0, np.radians(1.0) ** 2])
@@ -23,7 +23,7 @@ def test_a_turn_about_the_vertical_moves_upright_planes_only() -> None:
     assert told == pytest.approx(np.sqrt(chi2.ppf(0.95, 2)) * np.array([1.0, 0.0, 0.5]))
 
 
-def test_an_error_alike_in_all_axes_is_a_cone() -> None:
+def test_isotropic_rotation_error_gives_a_cone() -> None:
     rotation = np.eye(3) * np.radians(2.0) ** 2
     poles = Rotation.random(20, random_state=1).as_matrix()[:, 0]
     assert errors_95_deg(rotation, poles) == pytest.approx(2.0 * np.sqrt(chi2.ppf(0.95, 2)))
@@ -32,7 +32,7 @@ def test_an_error_alike_in_all_axes_is_a_cone() -> None:
     assert np.einsum("ni,nij,nj->n", poles, spread, poles) == pytest.approx(0.0, abs=1e-15)
 
 
-def test_drawn_turns_stay_within_the_half_angle_at_least_as_often_as_stated() -> None:
+def test_sampled_rotations_stay_within_half_angle_as_often_as_stated() -> None:
     rng = np.random.default_rng(4)
     root = rng.normal(size=(3, 3)) * np.radians(1.5)
     rotation = root @ root.T
@@ -43,7 +43,7 @@ def test_drawn_turns_stay_within_the_half_angle_at_least_as_often_as_stated() ->
     assert 0.945 < (off <= limit).mean() < 0.985
 
 
-def test_turning_the_world_turns_nothing_of_it() -> None:
+def test_errors_are_invariant_to_rotation_about_vertical() -> None:
     rng = np.random.default_rng(5)
     root = rng.normal(size=(3, 3)) * 0.02
     rotation, pole = root @ root.T, np.array([[0.36, 0.48, 0.8]])

@@ -24,7 +24,7 @@ def similarity(scale: float = 2.5) -> np.ndarray:
     return rows
 
 
-def test_points_are_turned_scaled_and_shifted_and_come_back() -> None:
+def test_similarity_transforms_points_and_inverts() -> None:
     points = np.random.default_rng(0).normal(size=(7, 3))
     rows = similarity()
     there = transform.apply(rows, points)
@@ -45,7 +45,7 @@ def test_a_mirror_has_a_positive_scale() -> None:
     assert transform.scale_factor(np.diag([-2.0, 2.0, 2.0, 1.0])) == pytest.approx(2.0)
 
 
-def test_points_at_one_place_have_one_number() -> None:
+def test_coincident_points_share_one_index() -> None:
     rng = np.random.default_rng(2)
     grid = rng.integers(-3, 4, (2000, 3)) * 0.1 + SHIFT
     number = weld_points(grid)
@@ -55,7 +55,7 @@ def test_points_at_one_place_have_one_number() -> None:
     assert len(pairs) == number.max() + 1 == theirs.max() + 1
 
 
-def test_minus_zero_is_the_place_of_zero_and_the_order_of_axes_matters() -> None:
+def test_position_keys_treat_negative_zero_as_zero_and_depend_on_axis_order() -> None:
     zero, minus = position_keys(np.array([[0.0, 1.0, 2.0], [-0.0, 1.0, 2.0]]))
     assert zero == minus
     orders = np.array([[1, 2, 3], [1, 3, 2], [2, 1, 3], [2, 3, 1], [3, 1, 2], [3, 2, 1]], float)
@@ -67,7 +67,7 @@ def test_minus_zero_is_the_place_of_zero_and_the_order_of_axes_matters() -> None
     assert len(np.unique(position_keys(whole))) == 64_000
 
 
-def test_the_box_of_a_model_is_that_of_its_points() -> None:
+def test_model_bounds_are_those_of_its_points() -> None:
     points = np.random.default_rng(4).normal(size=(50, 3)) * [3, 1, 9] + SHIFT
     wanted = [points.min(axis=0), points.max(axis=0)]
     assert np.array_equal(Mesh(points, np.zeros((0, 3), np.int32)).bounds, wanted)
@@ -77,7 +77,7 @@ def test_the_box_of_a_model_is_that_of_its_points() -> None:
     assert np.array_equal(cloud.position(7), points[7])
 
 
-def test_the_box_of_a_cloud_whose_order_is_known_is_that_of_its_sound_points() -> None:
+def test_bounds_of_arranged_cloud_ignore_invalid_points() -> None:
     points = np.random.default_rng(5).normal(size=(500, 3)) * [3, 1, 9] + SHIFT
     points[7], points[99, 1] = np.nan, np.inf
     sound = np.delete(points, [7, 99], axis=0)
@@ -89,7 +89,7 @@ def test_the_box_of_a_cloud_whose_order_is_known_is_that_of_its_sound_points() -
     assert np.array_equal(cloud.bounds, [sound.min(axis=0), sound.max(axis=0)])
 
 
-def test_a_mesh_without_materials_has_no_faces_of_any() -> None:
+def test_mesh_without_materials_has_no_material_faces() -> None:
     bare = Mesh(np.eye(3), np.array([[0, 1, 2]], np.int32))
     assert bare.materials == ()
     assert bare.material_offsets.tolist() == [0]
@@ -98,7 +98,7 @@ def test_a_mesh_without_materials_has_no_faces_of_any() -> None:
 
 
 @pytest.mark.parametrize("normal", [(0, 0, 1), (1, 0, 0), (0, -1, 0), (0.48, 0.6, 0.64)])
-def test_a_disc_is_round_flat_and_closed_by_its_corners(normal: tuple[float, ...]) -> None:
+def test_disc_is_round_flat_and_counterclockwise(normal: tuple[float, ...]) -> None:
     ring = disc(SHIFT, normal, 3.0, 36) - SHIFT
     assert ring.shape == (36, 3)
     assert disc(SHIFT, normal, 3.0).shape == (48, 3)

@@ -81,7 +81,7 @@ def test_cutting_faces_at_their_centroids_adds_no_resolution(
 
 
 @DOORS
-def test_the_spacing_is_the_resolution_of_a_flat_wall(door: Callable[[Mesh], float]) -> None:
+def test_resolution_of_flat_wall_is_its_spacing(door: Callable[[Mesh], float]) -> None:
     flat = wall(noise=0.0)
     assert door(flat) == pytest.approx(STEP, rel=0.2)
     assert door(divided(flat, 2)) == pytest.approx(STEP / 4.0, rel=0.2)
@@ -96,7 +96,7 @@ def test_a_decimated_mesh_is_coarser(door: Callable[[Mesh], float]) -> None:
 
 @pytest.mark.parametrize("times", [0, 2])
 @pytest.mark.parametrize("seed", range(3))
-def test_the_vertices_of_the_undivided_mesh_are_found_again(times: int, seed: int) -> None:
+def test_undivided_mesh_recovers_original_vertices(times: int, seed: int) -> None:
     mesh = wall(noise=0.005, seed=seed)
     fine = divided(mesh, times)
     assert (fine.undivided is fine) == (times == 0)
@@ -110,7 +110,7 @@ def _sorted(places: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("rounded", [np.float32, 4])
-def test_rounded_coordinates_are_divided_all_the_same(rounded: type | int) -> None:
+def test_subdivision_is_detected_in_rounded_coordinates(rounded: type | int) -> None:
     mesh = divided(wall(), 2)
     far = mesh.vertices + [430.0, 210.0, 95.0]
     written = np.round(far, rounded) if isinstance(rounded, int) else far.astype(rounded)
@@ -118,7 +118,7 @@ def test_rounded_coordinates_are_divided_all_the_same(rounded: type | int) -> No
     assert found == pytest.approx(resolution(wall()), rel=0.1)
 
 
-def test_a_vertex_that_stands_twice_counts_as_one_place() -> None:
+def test_duplicate_vertices_count_as_one_position() -> None:
     """As a texture's seam has it: every face has vertices of its own."""
     mesh = divided(wall(), 1)
     apart = Mesh(mesh.vertices[mesh.faces.ravel()], np.arange(mesh.faces.size).reshape(-1, 3))

@@ -34,7 +34,7 @@ from vomstudio.geometry.units import (
         (-0.25, "-25.0 cm"),
     ],
 )
-def test_a_length_stands_in_the_unit_that_suits_it_without_an_exponent(value, text):
+def test_length_uses_suitable_unit_without_exponent(value, text):
     assert length_text(value) == text
 
 
@@ -49,11 +49,11 @@ def test_a_length_stands_in_the_unit_that_suits_it_without_an_exponent(value, te
         (25000.0, "0.0250 km²"),
     ],
 )
-def test_an_area_stands_in_the_unit_that_suits_it_without_an_exponent(value, text):
+def test_area_uses_suitable_unit_without_exponent(value, text):
     assert area_text(value) == text
 
 
-def test_an_error_has_the_digits_that_it_is_asked_for():
+def test_length_text_has_requested_digits():
     assert length_text(0.0174899, 2) == "1.7 cm"
 
 
@@ -66,7 +66,7 @@ def test_a_length_of_unknown_scale_is_never_called_metres():
 
 @pytest.mark.parametrize("digits", [2, 3, 4])
 @pytest.mark.parametrize("power", range(-6, 7))
-def test_a_length_in_words_is_the_length_to_its_digits(digits, power):
+def test_length_text_matches_value_to_its_digits(digits, power):
     size = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3}
     for first in (1.0, 1.23456, 4.99949, 9.94, 9.9999):
         value = first * 10.0**power
@@ -82,7 +82,7 @@ def test_a_length_in_words_is_the_length_to_its_digits(digits, power):
 
 
 @pytest.mark.parametrize("power", range(-7, 9))
-def test_an_area_in_words_is_the_area_to_its_digits(power):
+def test_area_text_matches_value_to_its_digits(power):
     size = {"cm²": 1e-4, "m²": 1.0, "km²": 1e6}
     for first in (1.0, 2.34567, 9.9999):
         value = first * 10.0**power
@@ -91,14 +91,14 @@ def test_an_area_in_words_is_the_area_to_its_digits(power):
         assert "e" not in number
 
 
-def test_what_is_less_than_a_ten_thousandth_of_a_millimetre_is_nothing():
+def test_lengths_below_a_ten_thousandth_of_a_millimetre_are_zero():
     assert length_text(0.99e-7) == "0 mm"
     assert length_text(1.01e-7) == "0.000101 mm"
     assert area_text(0.99e-14) == "0 cm²"
     assert area_text(1.01e-14) != "0 cm²"
 
 
-def test_units_by_name_are_their_metres():
+def test_named_units_convert_to_metres():
     inch = 0.0254
     for name, metres in (("ft", 12 * inch), ("us-ft", 12 / 39.37), ("km", 1e3), ("cm", 1e-2)):
         assert METRES_PER_UNIT[name] == pytest.approx(metres, rel=1e-12)
@@ -106,7 +106,7 @@ def test_units_by_name_are_their_metres():
 
 
 @pytest.mark.parametrize("text", [length_text, area_text])
-def test_a_number_that_is_none_is_said_to_be_none(text):
+def test_non_finite_values_are_formatted_as_such(text):
     assert text(float("inf")).startswith("inf")
     assert text(float("nan")).startswith("nan")
 
@@ -124,9 +124,9 @@ def test_a_number_that_is_none_is_said_to_be_none(text):
         (2500.0, "2 km"),
     ],
 )
-def test_a_scale_bar_has_a_round_length_no_longer_than_there_is_room(longest, text):
+def test_scale_bar_has_a_round_length_that_fits(longest, text):
     assert scale_bar_text(round_length(longest)) == text
 
 
-def test_a_scale_bar_of_unknown_scale_counts_units():
+def test_scale_bar_of_unknown_scale_is_in_units():
     assert scale_bar_text(round_length(0.3), is_metric=False) == "0.2 units"

@@ -13,7 +13,7 @@ from vomstudio.geometry.vectors import dips_from_normals, flip_upward, strike_an
 
 
 @pytest.mark.parametrize("hair", [1e-20, 1e-17, 1e-16, 2e-15, 1e-12])
-def test_a_dip_a_hair_west_of_north_is_toward_0_and_never_360(hair: float) -> None:
+def test_dip_direction_just_west_of_north_is_never_360(hair: float) -> None:
     normals = np.array([[-hair, 1.0, 1.0], [-hair, 0.5, 0.01], [-hair, 1.0, 0.0]])
     azimuth, _, flat = dips_from_normals(normals)
     assert not flat.any()
@@ -33,7 +33,7 @@ def test_planes_that_dip_to_the_north_are_fitted_with_dip_directions_below_360()
         assert np.minimum(azimuth, 360.0 - azimuth) == pytest.approx(np.zeros(400), abs=1e-6)
 
 
-def test_normals_have_the_attitudes_that_geology_gives_them() -> None:
+def test_normals_give_the_same_attitudes_as_geology_module() -> None:
     normals = np.random.default_rng(2).normal(size=(200, 3))
     up = flip_upward(normals)
     assert (up[:, 2] > 0).all()
@@ -50,9 +50,7 @@ def test_normals_have_the_attitudes_that_geology_gives_them() -> None:
 
 @pytest.mark.parametrize("azimuth", [90.0, 91.0, 179.0, 180.0, 269.0])
 @pytest.mark.parametrize("rest", [0.0, 9e-13, -9e-13])
-def test_a_horizontal_normal_points_to_where_a_vertical_plane_is_named_by(
-    azimuth: float, rest: float
-) -> None:
+def test_horizontal_normals_flip_to_the_canonical_direction(azimuth: float, rest: float) -> None:
     a = np.radians(azimuth)
     normal = np.array([np.sin(a), np.cos(a), 0.0])
     if azimuth in (90.0, 180.0):
@@ -64,7 +62,7 @@ def test_a_horizontal_normal_points_to_where_a_vertical_plane_is_named_by(
         assert not np.signbit(found)[found == 0.0].any()
 
 
-def test_a_normal_that_leans_less_than_its_rounding_has_no_azimuth() -> None:
+def test_normal_tilted_less_than_its_rounding_has_no_azimuth() -> None:
     normals = np.array([[3e-4, 0.0, 1.0], [0.0, 3e-4, 1.0]])
     azimuth, dip, flat = dips_from_normals(normals, np.array([2.9e-4, 3.1e-4]))
     assert flat.tolist() == [False, True]

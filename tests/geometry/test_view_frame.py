@@ -41,7 +41,7 @@ def test_axes_are_right_handed_for_every_direction() -> None:
 
 
 @pytest.mark.parametrize("trend", [0.0, 33.0, 90.0, 200.0, 301.0])
-def test_up_is_north_from_89_9_degrees_on(trend: float) -> None:
+def test_up_is_north_from_plunge_89_9(trend: float) -> None:
     assert from_direction(trend, 89.9).right == pytest.approx((1, 0, 0), abs=2e-3)
     below = from_direction(trend, 89.89).right
     t = np.radians(trend)
@@ -72,13 +72,13 @@ def test_pixel_to_world_reproduces_utm_points_to_micrometres() -> None:
 @pytest.mark.parametrize(
     ("plunge", "vertical"), [(90, True), (-90, True), (89.99, False), (-89.99, False), (0, False)]
 )
-def test_only_a_view_straight_down_or_up_is_a_map(plunge: float, vertical: bool) -> None:
+def test_only_vertical_views_count_as_maps(plunge: float, vertical: bool) -> None:
     for trend in (0.0, 77.0, 205.0):
         assert from_direction(trend, plunge).is_vertical == vertical
 
 
 @pytest.mark.parametrize("trend", [12.0, 250.0])
-def test_a_view_steeply_up_has_north_on_top_too(trend: float) -> None:
+def test_steep_upward_view_also_has_north_up(trend: float) -> None:
     for plunge, north in ((-89.95, True), (-89.85, False)):
         right = from_direction(trend, plunge).right
         assert (abs(right[1]) < 2e-3) == north
@@ -90,7 +90,7 @@ def test_the_length_of_a_direction_does_not_matter() -> None:
         assert frame.axes == pytest.approx(from_direction(33.0, 20.0).axes)
 
 
-def test_a_direction_without_length_is_refused() -> None:
+def test_zero_direction_is_rejected() -> None:
     with pytest.raises(GeometryError):
         ViewFrame.from_direction((0, 0, 0))
     with pytest.raises(GeometryError):

@@ -24,7 +24,7 @@ def said_by(path: Path) -> str:
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_a_model_without_scale_is_in_model_units_without_north(tmp_path: Path, ending: str) -> None:
+def test_unscaled_model_file_states_model_units_without_north(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"model{ending}"
     write_model(CLOUD, None, path, axes=UNPLACED_AXES)
     said = said_by(path)
@@ -34,14 +34,14 @@ def test_a_model_without_scale_is_in_model_units_without_north(tmp_path: Path, e
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_a_placed_model_says_metres(tmp_path: Path, ending: str) -> None:
+def test_georeferenced_model_file_states_metres(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"model{ending}"
     write_model(CLOUD, "EPSG:32632", path)
     assert ("east" if ending == ".glb" else "metres") in said_by(path)
     assert "model units" not in said_by(path)
 
 
-def test_a_table_says_the_units_of_its_models(tmp_path: Path) -> None:
+def test_table_header_states_units_of_its_models(tmp_path: Path) -> None:
     write_orientation_csv(tmp_path / "a.csv", [], axes=UNPLACED_AXES)
     head = (tmp_path / "a.csv").read_text().split("\nid")[0]
     assert f"in {UNPLACED_AXES.unit}" in head
@@ -59,7 +59,7 @@ def test_a_table_says_the_units_of_its_models(tmp_path: Path) -> None:
         (WORLD_AXES, "metre", True),
     ],
 )
-def test_a_geopackage_names_no_axis_east_without_a_north(
+def test_geopackage_without_north_has_no_east_axis(
     tmp_path: Path, axes: Axes, unit: str, east: bool
 ) -> None:
     """By what GDAL writes of the CRS and what PROJ reads of it."""
@@ -101,7 +101,7 @@ def test_a_view_plane_without_scale_is_not_in_metres(tmp_path: Path) -> None:
     assert "metre" not in CRS.from_user_input(view_plane_crs(False)).to_wkt()
 
 
-def test_columns_are_named_by_what_is_known_of_the_axes():
+def test_axis_titles_depend_on_known_unit_and_north():
     assert Axes().titles == ("E (m)", "N (m)", "Z (m)")
     assert Axes(metric=True, north=False).titles == ("x (m)", "y (m)", "z (m)")
     assert Axes(metric=False, north=False).titles == ("x (units)", "y (units)", "z (units)")

@@ -11,7 +11,7 @@ from vomstudio.core.errors import TargetError
 from vomstudio.io.settings import Settings, read_settings, write_settings
 
 
-def test_settings_come_back_as_they_were(tmp_path):
+def test_settings_round_trip(tmp_path):
     path = tmp_path / "deep" / "settings.toml"
     settings = Settings(notation="quadrant", projection="angle", turntable=False)
     settings.limits = {"good_K": 0.7}
@@ -51,7 +51,7 @@ def test_no_file_means_defaults(tmp_path):
         ("point_budget = true\n", "point_budget"),
     ],
 )
-def test_what_cannot_be_read_is_said_and_has_its_default(tmp_path, text, named):
+def test_invalid_setting_is_reported_and_gets_its_default(tmp_path, text, named):
     path = tmp_path / "settings.toml"
     path.write_text('projection = "angle"\n' + text if "=" in text else text)
     settings, problems = read_settings(path)
@@ -92,7 +92,7 @@ panels = "BB="
 """
 
 
-def test_comments_and_settings_of_other_versions_outlive_a_change(tmp_path):
+def test_comments_and_unknown_settings_survive_a_change(tmp_path):
     path = tmp_path / "settings.toml"
     path.write_text(BY_HAND)
     settings, problems = read_settings(path)
@@ -135,7 +135,7 @@ def test_comments_and_settings_of_other_versions_outlive_a_change(tmp_path):
         "window.a = 1\nx = 1\nwindow.b = 2\n",
     ],
 )
-def test_whatever_stood_there_what_is_written_can_be_read(tmp_path, older):
+def test_written_settings_can_be_read_after_any_previous_content(tmp_path, older):
     path = tmp_path / "settings.toml"
     path.write_bytes(older if isinstance(older, bytes) else older.encode())
     settings = Settings(turntable=False, recent=["/a", "/b"], hidden_columns=["x"])
@@ -156,13 +156,13 @@ def test_recent_files_are_ten_the_newest_first_each_once():
 
 
 @pytest.mark.skipif(os.name != "posix", reason="a file where a folder should be")
-def test_a_place_that_cannot_be_written_is_named(tmp_path):
+def test_unwritable_settings_path_is_reported(tmp_path):
     (tmp_path / "file").write_text("x")
     with refused("output.unwritable", TargetError):
         write_settings(Settings(), tmp_path / "file" / "settings.toml")
 
 
-def test_a_pipe_in_place_of_the_settings_is_not_waited_for(tmp_path):
+def test_named_pipe_as_settings_file_does_not_block(tmp_path):
     import os
 
     path = tmp_path / "settings.toml"
@@ -172,7 +172,7 @@ def test_a_pipe_in_place_of_the_settings_is_not_waited_for(tmp_path):
     assert len(problems) == 1
 
 
-def test_windows_keep_what_another_has_written(tmp_path: Path) -> None:
+def test_settings_changed_by_several_windows_are_merged(tmp_path: Path) -> None:
     path = tmp_path / "settings.toml"
     start = Settings(recent=["/a", "/b"], unclosed=["/old"])
     write_settings(start, path)
@@ -189,7 +189,7 @@ def test_windows_keep_what_another_has_written(tmp_path: Path) -> None:
     assert merged.unclosed == ["/first", "/second"]
 
 
-def test_settings_are_written_whole_where_their_file_is_gone(tmp_path: Path) -> None:
+def test_settings_are_written_completely_if_their_file_is_missing(tmp_path: Path) -> None:
     path = tmp_path / "settings.toml"
     settings = Settings(theme="dark", recent=["/a"])
     write_settings(settings, path, settings)

@@ -85,7 +85,7 @@ def picture(widget) -> np.ndarray:
 
 
 @pytest.mark.full
-def test_cameras_stand_where_the_photos_were_taken(window, made, opened) -> None:
+def test_camera_frusta_are_drawn_at_the_photo_positions(window, made, opened) -> None:
     viewport, action = window.viewport, window.actions_table.all["display_cameras"]
     before = picture(viewport)
     action.trigger()
@@ -127,7 +127,9 @@ def test_cameras_stand_where_the_photos_were_taken(window, made, opened) -> None
 
 @pytest.mark.full
 @pytest.mark.usefixtures("new_window")
-def test_cameras_outlive_the_window(window, made, opened, tmp_path) -> None:
+def test_camera_display_is_restored_when_the_project_reopens(
+    window, made, opened, tmp_path
+) -> None:
     window.actions_table.run("display_cameras")
     folder = tmp_path / "kept.vom"
     window.studio.save_as(folder)
@@ -143,7 +145,7 @@ def test_cameras_outlive_the_window(window, made, opened, tmp_path) -> None:
 
 
 @pytest.mark.full
-def test_without_photos_the_reasons_are_told(window, outcrop) -> None:
+def test_alignment_actions_are_disabled_with_reasons_without_photos(window, outcrop) -> None:
     for name, code in (
         ("display_cameras", "action.no-model"),
         ("show_alignment", "action.no-photos"),
@@ -180,7 +182,7 @@ def test_tie_points_open_in_the_frame_of_the_model_with_their_error(window, made
 
 
 @pytest.mark.full
-def test_the_photos_panel_leads_to_the_alignment(window, made) -> None:
+def test_photos_panel_opens_the_alignment(window, made) -> None:
     folder = window.studio.project.folder / "reconstruction" / "photos-medium"
     shutil.copytree(made.out, folder)
     window.open_path(made.photos)
@@ -220,7 +222,7 @@ def test_the_photos_panel_leads_to_the_alignment(window, made) -> None:
 
 
 @pytest.mark.full
-def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> None:
+def test_pair_matches_can_be_selected_and_inspected(window, made, opened) -> None:
     dialog = open_dialog(window)
     page = dialog.matches
     wait(lambda: page._arrays is not None and len(page._photos) == 2, "the pair")
@@ -265,7 +267,7 @@ def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> Non
 
 
 @pytest.mark.full
-def test_cameras_residuals_and_depths_are_told(window, made, opened) -> None:
+def test_alignment_dialog_shows_cameras_residuals_and_depths(window, made, opened) -> None:
     dialog = open_dialog(window)
     show_tab(dialog, dialog.cameras)
     words = dialog.cameras._summary.text()
@@ -315,7 +317,7 @@ def test_cameras_residuals_and_depths_are_told(window, made, opened) -> None:
 
 
 @pytest.mark.full
-def test_photos_that_are_gone_are_told_and_their_matches_stay(window, tmp_path) -> None:
+def test_missing_photos_are_reported_and_their_matches_remain(window, tmp_path) -> None:
     made = made_reconstruction.make(tmp_path)
     for name in NAMES:
         Path(made.photos, name).unlink()

@@ -73,7 +73,7 @@ def press_all(window) -> None:
 
 
 # --- keys and wheel while something else is open ----------------------------------------------
-def test_letters_in_a_text_field_are_text_and_nothing_else(faced):
+def test_letters_typed_in_a_text_field_trigger_no_shortcuts(faced):
     window = faced
     before, tool = on_screen(window.studio), window.studio.tool_name
     camera = window.viewport.moves.camera_state()
@@ -104,7 +104,7 @@ def test_letters_in_a_dialog_never_reach_the_outcrop_behind_it(faced):
     assert window.viewport.moves.camera_state() == camera
 
 
-def test_while_a_job_runs_keys_and_wheel_act_and_undo_takes_back_the_last_step(faced, tmp_path):
+def test_keys_wheel_and_undo_work_while_a_job_runs(faced, tmp_path):
     window = faced
     jobs = driver.begin_reading(window, tmp_path)
     before = window.viewport.camera.distance
@@ -134,7 +134,7 @@ def feature_discarded(window) -> None:
 
 
 @pytest.mark.parametrize("letter", TOOLS)
-def test_esc_at_every_step_leaves_nothing_open_and_undo_brings_it_back(faced, picks, letter):
+def test_esc_at_every_step_closes_the_tool_and_undo_restores_it(faced, picks, letter):
     window, studio = faced, faced.studio
     tool = studio.tools[TOOLS[letter]]
     for count in (0, 1, 2, 4):
@@ -160,9 +160,7 @@ def test_esc_at_every_step_leaves_nothing_open_and_undo_brings_it_back(faced, pi
 
 
 @pytest.mark.parametrize(("letter", "needed"), [("T", 3), ("L", 2), ("M", 2), ("P", 1)])
-def test_enter_without_enough_points_says_what_is_missing_and_keeps_the_points(
-    faced, picks, letter, needed
-):
+def test_enter_with_too_few_points_reports_it_and_keeps_the_points(faced, picks, letter, needed):
     window, studio = faced, faced.studio
     tool = studio.tools[{**TOOLS, "P": "plane"}[letter]]
     for count in range(needed):
@@ -181,7 +179,7 @@ def test_enter_without_enough_points_says_what_is_missing_and_keeps_the_points(
             assert "more" in words or "at least" in words or "needs" in words, words
 
 
-def test_undo_while_a_vertex_is_dragged_leaves_a_sound_trace(faced, picks):
+def test_undo_during_a_vertex_drag_leaves_a_valid_trace(faced, picks):
     window, tool = faced, faced.studio.get_tool(TraceTool)
     key(window, Qt.Key.Key_T)
     points = picks["B03"][2:22:4]
@@ -202,7 +200,7 @@ def test_undo_while_a_vertex_is_dragged_leaves_a_sound_trace(faced, picks):
     assert len(tool.vertices) <= count
 
 
-def test_undo_and_another_tool_while_a_stroke_is_painted_leave_no_stroke_hanging(faced, picks):
+def test_undo_and_tool_change_during_a_brush_stroke_end_the_stroke(faced, picks):
     window, studio = faced, faced.studio
     key(window, Qt.Key.Key_P)
     patch = studio.get_tool(PlaneTool)
@@ -221,7 +219,7 @@ def test_undo_and_another_tool_while_a_stroke_is_painted_leave_no_stroke_hanging
 
 
 # --- clicks that come too fast ----------------------------------------------------------------
-def test_a_third_click_after_a_double_click_begins_no_second_trace_by_chance(faced, picks):
+def test_third_click_after_double_click_does_not_start_a_second_trace(faced, picks):
     window, studio = faced, faced.studio
     key(window, Qt.Key.Key_T)
     places = [pixel(window, p) for p in picks["B03"][2:22:4]]
@@ -236,7 +234,7 @@ def test_a_third_click_after_a_double_click_begins_no_second_trace_by_chance(fac
 
 
 # --- files ------------------------------------------------------------------------------------
-def test_a_drop_of_twenty_files_opens_the_sound_ones_and_names_the_three_damaged(window, tmp_path):
+def test_dropping_twenty_files_opens_valid_ones_and_reports_damaged_ones(window, tmp_path):
     paths = []
     for number in range(20):
         path = tmp_path / f"part{number:02d}.obj"
@@ -305,7 +303,7 @@ def test_the_window_can_be_closed_at_any_moment_of_a_job(
 
 
 @pytest.mark.usefixtures("new_window")
-def test_closing_with_an_open_trace_asks_and_staying_loses_nothing(faced, picks):
+def test_closing_with_an_open_trace_asks_and_cancel_loses_nothing(faced, picks):
     window, tool = faced, faced.studio.get_tool(TraceTool)
     key(window, Qt.Key.Key_T)
     driver.pick(window, picks["B03"][2:22:4])

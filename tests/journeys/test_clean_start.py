@@ -127,7 +127,7 @@ def work(window: Any, outcrop: Path) -> None:
 
 
 @pytest.mark.full
-def test_a_new_project_is_as_in_a_new_window(new_window: Any, outcrop: Path) -> None:
+def test_new_project_matches_a_new_window(new_window: Any, outcrop: Path) -> None:
     window, settings = new_window, new_window.studio.settings
     view = window.viewport.moves.camera_state()
     fresh = contents(window)

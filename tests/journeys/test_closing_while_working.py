@@ -55,7 +55,7 @@ def begin(window, name: str, folder) -> None:
 
 @pytest.mark.parametrize("moment_ms", [0, 150])
 @pytest.mark.parametrize("name", ["orthophoto", *BUTTONS])
-def test_the_window_can_be_closed_while_something_is_worked_out(
+def test_window_can_be_closed_during_a_computation(
     own_folders, qtbot, outcrop, tmp_path, name, moment_ms
 ):
     before = set(threading.enumerate())

@@ -39,7 +39,9 @@ def panel_of(window) -> ComparePanel:
 
 
 @pytest.mark.full
-def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, tmp_path) -> None:
+def test_distances_are_shown_as_statistics_and_colors_and_exported(
+    window, outcrop, higher, tmp_path
+) -> None:
     id_ = driver.open_outcrop(window, outcrop)
     panel = panel_of(window)
     assert not panel.start.isEnabled()
@@ -86,9 +88,7 @@ def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, t
 
 
 @pytest.mark.full
-def test_distances_are_there_when_the_project_is_opened_again(
-    window, outcrop, higher, tmp_path
-) -> None:
+def test_distances_are_restored_when_the_project_reopens(window, outcrop, higher, tmp_path) -> None:
     id_ = driver.open_outcrop(window, outcrop)
     studio = window.studio
     panel = panel_of(window)
@@ -115,7 +115,7 @@ def test_distances_are_there_when_the_project_is_opened_again(
 
 
 @pytest.mark.full
-def test_planes_measured_on_both_are_held_beside_their_errors(
+def test_planes_measured_on_both_models_are_compared_with_their_errors(
     window, outcrop, higher, picks
 ) -> None:
     driver.open_outcrop(window, outcrop)

@@ -63,7 +63,7 @@ def ready(window, outcrop, picks) -> QPoint:
 
 
 @pytest.mark.full
-def test_the_rock_menu_begins_a_plane_and_moves_the_view(window, outcrop, picks):
+def test_outcrop_context_menu_starts_a_plane_and_moves_the_view(window, outcrop, picks):
     studio, viewport = window.studio, window.viewport
     at = ready(window, outcrop, picks)
     menu = right_click(viewport, at)

@@ -16,9 +16,7 @@ pytestmark = pytest.mark.full
 
 
 @pytest.mark.parametrize("crs", ["EPSG:3857", "EPSG:4326"])
-def test_a_model_is_converted_by_the_button_beside_the_message(
-    window, tmp_path: Path, crs: str
-) -> None:
+def test_button_beside_the_message_converts_the_model(window, tmp_path: Path, crs: str) -> None:
     metric = bed_grid()
     path = write_cloud(tmp_path / "bed.xyz", convert(metric, crs), crs)
     models = window.studio.workspace.models

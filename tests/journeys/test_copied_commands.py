@@ -90,7 +90,7 @@ def choose(box, text: str) -> None:
 
 
 @pytest.mark.full
-def test_statistics(window, model_id, told) -> None:
+def test_copied_command_reproduces_statistics(window, model_id, told) -> None:
     window.workspaces.switch("results")
     window.docks.bring_forward("statistics")
     panel = window.findChild(StatisticsPanel)
@@ -105,7 +105,7 @@ def test_statistics(window, model_id, told) -> None:
 
 
 @pytest.mark.full
-def test_sets_with_a_number_and_with_seeds(window, model_id, told) -> None:
+def test_copied_command_reproduces_sets_with_number_or_seeds(window, model_id, told) -> None:
     window.actions_table.run("propose_sets")
     panel = window.findChild(SetsPanel)
     choose(panel.group_box, "Joint")
@@ -124,7 +124,7 @@ def test_sets_with_a_number_and_with_seeds(window, model_id, told) -> None:
 
 
 @pytest.mark.full
-def test_the_net(window, model_id, told) -> None:
+def test_copied_command_reproduces_the_stereonet(window, model_id, told) -> None:
     window.studio.settings.contour = "linear_kamb"
     window.studio.keep_settings()
     press(window.net.command)
@@ -136,7 +136,7 @@ def test_the_net(window, model_id, told) -> None:
 
 
 @pytest.mark.full
-def test_the_style_of_the_net_goes_with_it(window, model_id, told) -> None:
+def test_copied_stereonet_command_includes_its_style(window, model_id, told) -> None:
     """Sizes, and the colours of types as figures have them; of a net and of roses."""
     studio = window.studio
     (joint,) = (t for t in studio.session.of(FeatureType) if t.id == "joint")
@@ -165,7 +165,9 @@ def test_the_style_of_the_net_goes_with_it(window, model_id, told) -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("part", ["whole", "seen"])
-def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, part) -> None:
+def test_copied_command_reproduces_orthophoto_of_registered_model(
+    window, model_id, told, tmp_path, part
+) -> None:
     """As it stands in the project, and not in its file."""
     from dataclasses import replace
 
@@ -207,7 +209,7 @@ def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, p
 
 
 @pytest.mark.full
-def test_fits_and_an_export(window, model_id, told, tmp_path, picks) -> None:
+def test_copied_commands_reproduce_fits_and_export(window, model_id, told, tmp_path, picks) -> None:
     run = window.actions_table.run
     studio = window.studio
     assert window.actions_table.disabled_reason("copy_export") == Finding("action.nothing-exported")
@@ -233,7 +235,7 @@ def test_fits_and_an_export(window, model_id, told, tmp_path, picks) -> None:
 
 
 @pytest.mark.full
-def test_a_comparison(window, model_id, told, outcrop, tmp_path) -> None:
+def test_copied_command_reproduces_a_comparison(window, model_id, told, outcrop, tmp_path) -> None:
     from dataclasses import replace
 
     from vomstudio.ui.panels.comparison.compare_panel import ComparePanel
@@ -273,7 +275,7 @@ def _moved(outcrop, folder):
 
 
 @pytest.mark.full
-def test_a_registration_by_points(window, model_id, told, picks) -> None:
+def test_copied_command_reproduces_a_registration_by_points(window, model_id, told, picks) -> None:
     from vomstudio.project.kinds.control_point import ControlPoint
     from vomstudio.ui.panels.tools.control import ControlPanel
 
@@ -300,7 +302,7 @@ def test_a_registration_by_points(window, model_id, told, picks) -> None:
 
 
 @pytest.mark.full
-def test_facets(window, model_id, told) -> None:
+def test_copied_command_reproduces_facets(window, model_id, told) -> None:
     from vomstudio.ui.panels.surface.facets_panel import FacetsPanel
 
     window.studio.selection.set([model_id])
@@ -316,7 +318,7 @@ def test_facets(window, model_id, told) -> None:
 
 
 @pytest.mark.full
-def test_proposed_traces(window, model_id, told) -> None:
+def test_copied_command_reproduces_proposed_traces(window, model_id, told) -> None:
     from vomstudio.ui.panels.surface.traces_panel import TracesPanel
 
     window.studio.selection.set([model_id])

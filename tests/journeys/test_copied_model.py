@@ -52,9 +52,7 @@ def photos_of_the_model(window):
     return window.photo_links.of(model.id)
 
 
-def test_the_copy_is_seen_in_its_photos_without_the_model_it_was_copied_from(
-    window, saved, tmp_path
-) -> None:
+def test_copied_model_is_shown_in_its_photos_without_the_original(window, saved, tmp_path) -> None:
     (model,) = window.studio.session.of(Model)
     question = copy(window, Button.No)[0]
     assert figures(question) == [12]
@@ -67,7 +65,7 @@ def test_the_copy_is_seen_in_its_photos_without_the_model_it_was_copied_from(
     assert found.path(0).is_file()
 
 
-def test_with_its_photos_the_folder_can_be_moved_as_a_whole(window, saved, tmp_path) -> None:
+def test_project_folder_with_copied_photos_can_be_moved(window, saved, tmp_path) -> None:
     copy(window, Button.Yes)
     wait(lambda: in_the_project(window), "the copy", 60.0)
     window.studio.save()
@@ -93,7 +91,7 @@ def test_cancel_copies_nothing(window, saved) -> None:
     assert not (saved / "models").exists()
 
 
-def test_cameras_that_were_chosen_elsewhere_come_along(window, saved, tmp_path) -> None:
+def test_cameras_selected_elsewhere_are_copied_too(window, saved, tmp_path) -> None:
     (model,) = window.studio.session.of(Model)
     elsewhere = tmp_path / "other" / "poses.json"
     elsewhere.parent.mkdir()

@@ -38,7 +38,7 @@ def dialogs_of_the_program() -> set[str]:
         pytest.param(1280, 720, "dark", marks=pytest.mark.slow),
     ],
 )
-def test_every_dialog_fits_the_screen_and_all_in_it_is_reached(
+def test_every_dialog_fits_the_screen_and_is_fully_reachable(
     qapp,
     own_folders: Path,
     tmp_path: Path,

@@ -28,7 +28,7 @@ def picture(window) -> np.ndarray:
 
 @pytest.mark.full
 @pytest.mark.usefixtures("new_window")
-def test_a_field_and_a_clipping_box_outlive_the_window(window, outcrop, tmp_path):
+def test_field_and_clipping_box_are_restored_when_the_project_reopens(window, outcrop, tmp_path):
     model_id = driver.open_outcrop(window, outcrop)
     window.docks.bring_forward("display")
     driver.settled(window)

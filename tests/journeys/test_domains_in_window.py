@@ -49,7 +49,7 @@ def parted(window, outcrop, picks):
 
 
 @pytest.mark.full
-def test_a_fault_parts_beds_and_undo_brings_them_together(window, parted) -> None:
+def test_fault_splits_beds_into_domains_and_undo_rejoins_them(window, parted) -> None:
     studio = window.studio
     assert domain_names(studio.session.records) == ["footwall", "hanging wall"]
     fault = studio.measured(["F01"])["F01"]

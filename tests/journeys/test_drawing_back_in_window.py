@@ -91,7 +91,7 @@ def said(window) -> str:
     [pytest.param(*each.values, each is not SCREENS[0], id=each.id) for each in SCREENS],
     indirect=["screen"],
 )
-def test_lines_of_a_gis_become_traces_in_one_step(
+def test_gis_lines_become_traces_in_one_undo_step(
     window, screen, picture, picks, truth, tmp_path, monkeypatch, beside
 ) -> None:
     drawn = {name: picks[name] for name in ("B01", "B02")}
@@ -118,7 +118,9 @@ def test_lines_of_a_gis_become_traces_in_one_step(
     assert window.actions_table.all["import_drawing"].isEnabled()
 
 
-def test_what_is_no_trace_is_left_out_and_said(window, picture, picks, monkeypatch) -> None:
+def test_lines_unusable_as_traces_are_skipped_and_reported(
+    window, picture, picks, monkeypatch
+) -> None:
     drawn = {"B01": picks["B01"], "short": picks["B02"][:2], "": picks["B03"]}
     path = draw(picture.parent / "lines.geojson", picture, drawn)
     take_in(window, monkeypatch, path)
@@ -128,7 +130,7 @@ def test_what_is_no_trace_is_left_out_and_said(window, picture, picks, monkeypat
     assert {t.name for t in driver.traces(window)} == {"B01", "B02"}
 
 
-def test_a_drawing_of_another_picture_is_refused(window, picture, picks, monkeypatch) -> None:
+def test_drawing_on_another_image_is_rejected(window, picture, picks, monkeypatch) -> None:
     far = {"B01": picks["B01"] + [500.0, 0.0, 0.0]}
     path = draw(picture.parent / "lines.geojson", picture, far)
     take_in(window, monkeypatch, path, picture)
@@ -138,7 +140,7 @@ def test_a_drawing_of_another_picture_is_refused(window, picture, picks, monkeyp
     assert window.actions_table.all["import_drawing"].isEnabled()
 
 
-def test_taking_in_is_a_job_that_can_be_ended(window, picture, picks, monkeypatch) -> None:
+def test_drawing_import_is_a_job_that_can_be_cancelled(window, picture, picks, monkeypatch) -> None:
     long = {"B01": np.repeat(picks["B01"], 20_000, axis=0)}
     path = draw(picture.parent / "lines.geojson", picture, long)
     before = dict(window.studio.records)
@@ -151,7 +153,7 @@ def test_taking_in_is_a_job_that_can_be_ended(window, picture, picks, monkeypatc
     assert window.actions_table.all["import_drawing"].isEnabled()
 
 
-def test_of_two_pictures_in_a_folder_the_one_is_asked_for(
+def test_import_asks_which_of_two_images_in_a_folder_was_used(
     window, picture, picks, monkeypatch
 ) -> None:
     other = picture.with_name("other.json")

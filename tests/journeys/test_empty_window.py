@@ -80,13 +80,13 @@ def empty(own_folders: Path, qtbot) -> Iterator[MainWindow]:
     driver.dismiss(window)
 
 
-def test_a_model_is_drawn_and_the_net_comes(empty: MainWindow, outcrop: Path) -> None:
+def test_stereonet_is_created_when_a_model_opens(empty: MainWindow, outcrop: Path) -> None:
     driver.open_outcrop(empty, outcrop)
     wait(lambda: hasattr(empty, "net"), "the net")
     assert empty.net_overlay.isVisible()
 
 
-def test_both_come_while_a_model_is_chosen(empty: MainWindow) -> None:
+def test_scene_and_stereonet_are_created_while_the_file_dialog_is_open(empty: MainWindow) -> None:
     def cancel() -> None:
         wait(lambda: empty.viewport.scene is not None and hasattr(empty, "net"), "scene and net")
         dialog = QApplication.activeModalWidget()
@@ -99,7 +99,7 @@ def test_both_come_while_a_model_is_chosen(empty: MainWindow) -> None:
 
 
 @pytest.mark.full
-def test_readings_without_a_model_have_a_net(empty: MainWindow) -> None:
+def test_stereonet_is_created_for_readings_without_a_model(empty: MainWindow) -> None:
     reading = Reading("r", "r", "bedding", "plane", 120.0, 30.0)
     assert empty.studio.attempt(edits.add_readings, [reading], [])
     wait(lambda: hasattr(empty, "net"), "the net")
@@ -107,6 +107,6 @@ def test_readings_without_a_model_have_a_net(empty: MainWindow) -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("place", ["net_in_middle", "dock_net"])
-def test_the_net_comes_wherever_it_is_shown(empty: MainWindow, place: str) -> None:
+def test_stereonet_is_created_wherever_it_is_shown(empty: MainWindow, place: str) -> None:
     empty.actions_table.run(place)
     wait(lambda: hasattr(empty, "net") and empty.net.isVisible(), "the net", 4.0)

@@ -60,7 +60,7 @@ def is_blank(widget: QWidget) -> bool:
     return bool(counts.max() > 0.998 * counts.sum())
 
 
-def test_every_page_comes_by_the_search_and_shows_something(interpreted) -> None:
+def test_every_panel_opens_by_search_and_shows_content(interpreted) -> None:
     window = interpreted
     window.resize(1500, 950)
     assert {name for name, _, _ in work_panels()} <= set(window.docks)
@@ -81,7 +81,7 @@ def test_every_page_comes_by_the_search_and_shows_something(interpreted) -> None
         driver.keep_picture(panel, f"panel-{name}")
 
 
-def test_every_tool_comes_by_its_key_and_answers_clicks(interpreted) -> None:
+def test_every_tool_activates_by_its_key_and_responds_to_clicks(interpreted) -> None:
     window = interpreted
     studio = window.studio
     middle = window.viewport.rect().center()

@@ -51,7 +51,7 @@ def turn(azimuth_deg: float) -> np.ndarray:
 
 # --- 1: photos of two cameras, and marker.txt ----------------------------------------------------
 @pytest.mark.slow
-def test_1_two_cameras_and_a_file_of_markers(run: Run, tmp_path: Path) -> None:
+def test_exercise_1_two_cameras_and_a_marker_file(run: Run, tmp_path: Path) -> None:
     rock, photos = stand_in.face(), tmp_path / "photos"
     sony = stand_in.row_of_views(5, (480, 360), -0.8, seed=1)
     canon = stand_in.row_of_views(4, (432, 288), 1.0, seed=2)
@@ -109,7 +109,7 @@ def placed_off_deg(
 
 # --- 2: a drone's photos, placed by their GPS ----------------------------------------------------
 @pytest.mark.slow
-def test_2_photos_of_a_drone_with_their_positions(run: Run, tmp_path: Path) -> None:
+def test_exercise_2_drone_photos_with_positions(run: Run, tmp_path: Path) -> None:
     from pyproj import Transformer
 
     rng, size = np.random.default_rng(3), 6.0
@@ -171,7 +171,7 @@ def test_2_photos_of_a_drone_with_their_positions(run: Run, tmp_path: Path) -> N
 
 
 # --- 3: a film with which nothing can be done ----------------------------------------------------
-def test_3_a_film_is_given_up_in_words(run: Run, tmp_path: Path) -> None:
+def test_exercise_3_unusable_video_is_rejected_with_a_reason(run: Run, tmp_path: Path) -> None:
     from tests.photogrammetry.survey.test_video import film
 
     still_and_shaken = film(tmp_path / "walk.avi", np.arange(140) * 10.0, [0.0] * 40 + [7.0] * 100)
@@ -183,7 +183,7 @@ def test_3_a_film_is_given_up_in_words(run: Run, tmp_path: Path) -> None:
 
 # --- 4: a phone on a gimbal, an object of known length and direction -----------------------------
 @pytest.mark.slow
-def test_4_a_phone_held_level_and_one_object_of_known_size(run: Run, tmp_path: Path) -> None:
+def test_exercise_4_level_phone_and_one_object_of_known_size(run: Run, tmp_path: Path) -> None:
     rock, photos = stand_in.face(), tmp_path / "photos"
     views = stand_in.row_of_views(8, (480, 270), 0.0, seed=4)
     names = stand_in.write_photos(photos, rock, views, maker="Xiaomi")
@@ -227,7 +227,9 @@ def pitch_deg(view: View) -> float:
 
 
 # --- 5: beds, whether they are a fold, and the view along its axis -------------------------------
-def test_5_a_fold_from_beds_to_the_view_along_it(run: Run, tmp_path: Path) -> None:
+def test_exercise_5_fold_from_bedding_planes_to_view_along_the_axis(
+    run: Run, tmp_path: Path
+) -> None:
     truth = {row["name"]: row for row in rows_of(SAMPLE / "truth.csv")}
     axis = Line(*(float(truth["fold axis"][key]) for key in ("trend_deg", "plunge_deg")))
     planes = tmp_path / "planes.csv"
@@ -284,7 +286,7 @@ BEDDING = Plane(120.0, 35.0)
 WALLS = (0.0, 30.0, 60.0, 90.0, 120.0, 150.0)
 
 
-def test_6_the_direction_of_the_outcrop_and_the_error_of_traces(run: Run, tmp_path: Path) -> None:
+def test_exercise_6_outcrop_direction_and_trace_errors(run: Run, tmp_path: Path) -> None:
     ledges = rock_face.rough_face(10.0, 6.0, 0.02, relief=0.25, ledge=0.3)
     sawn = rock_face.rough_face(10.0, 6.0, 0.02, relief=0.002, ledge=0.0)
     table = tmp_path / "traces.csv"

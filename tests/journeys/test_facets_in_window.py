@@ -52,7 +52,7 @@ def patches(window) -> list[Patch]:
 
 
 @pytest.mark.full
-def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> None:
+def test_facets_are_found_inspected_accepted_and_undone(window, panel) -> None:
     studio = window.studio
     before = dict(studio.records)
     mode = studio.display.mode
@@ -130,7 +130,7 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
 
 
 @pytest.mark.full
-def test_a_click_on_the_outcrop_chooses_its_facet(window, panel) -> None:
+def test_clicking_the_outcrop_selects_its_facet(window, panel) -> None:
     find(window, panel)
     # What accepting makes of facets is said above the buttons that do it.
     assert panel.type.mapTo(panel, QPoint()).y() < panel.accept_all.mapTo(panel, QPoint()).y()
@@ -156,7 +156,7 @@ def test_a_click_on_the_outcrop_chooses_its_facet(window, panel) -> None:
     driver.wait(row_in_sight, "the row in sight")
 
 
-def test_other_facets_keep_their_colours_when_one_is_decided_upon(window, panel) -> None:
+def test_accepting_a_facet_keeps_the_colors_of_the_others(window, panel) -> None:
     find(window, panel)
     before = {c.code: c.rgb for c in scale(window).categories}
     table = panel.table
@@ -229,7 +229,7 @@ def test_facets_are_filtered_and_picked_on_the_net(window, panel) -> None:
 
 
 @pytest.mark.full
-def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
+def test_thresholds_can_be_previewed_on_the_visible_part(window, panel) -> None:
     # On its box: a click beside the words means nothing.
     driver.click(panel.preview_box, QPoint(8, panel.preview_box.rect().center().y()))
     driver.wait(lambda: panel._facets.proposals is not None, "facets of the part", 60.0)
@@ -256,7 +256,7 @@ def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
 
 
 @pytest.mark.full
-def test_stopped_in_the_middle_nothing_is_changed(window, panel) -> None:
+def test_stopping_the_facet_search_changes_nothing(window, panel) -> None:
     before, start = dict(window.studio.records), panel.start.text()
     driver.click(panel.start, panel.start.rect().center())
     driver.click(panel.start, panel.start.rect().center())
@@ -287,7 +287,7 @@ def test_the_planes_of_the_sample_are_among_its_facets(window, panel) -> None:
 
 
 @pytest.mark.full
-def test_in_a_low_dock_nothing_lies_over_anything_else(window, panel) -> None:
+def test_widgets_do_not_overlap_in_a_low_dock(window, panel) -> None:
     """All words of the page have the height that they need, and its rows stand below each other."""
     window.resize(1280, 700)
     find(window, panel)
@@ -308,7 +308,9 @@ def test_in_a_low_dock_nothing_lies_over_anything_else(window, panel) -> None:
 
 
 @pytest.mark.full
-def test_a_facet_at_two_levels_says_so_in_the_list_and_as_a_patch(window, tmp_path) -> None:
+def test_facet_spanning_two_levels_is_marked_doubtful_in_list_and_as_patch(
+    window, tmp_path
+) -> None:
     path = tmp_path / "steps.xyz"
     np.savetxt(path, at_two_levels(720, 3.0).points, fmt="%.6f")
     window.open_path(path)

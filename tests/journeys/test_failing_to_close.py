@@ -78,7 +78,7 @@ STEPS = [
 
 
 @pytest.mark.parametrize("step", STEPS)
-def test_what_fails_on_closing_is_said_and_the_rest_is_closed(
+def test_error_on_closing_is_reported_and_everything_else_is_closed(
     own_folders, qtbot, known, outcrop, monkeypatch, step
 ):
     before = set(threading.enumerate())
@@ -113,7 +113,7 @@ def test_what_fails_on_closing_is_said_and_the_rest_is_closed(
 
 
 @pytest.mark.parametrize("part", ["files.ask_to_save", "photo_opening.may_close"])
-def test_a_window_that_cannot_ask_does_not_close_without_a_word(
+def test_window_asks_before_closing_if_the_save_prompt_fails(
     own_folders, qtbot, known, outcrop, picks, monkeypatch, part
 ):
     window = driver.make_window()
@@ -142,7 +142,7 @@ def test_a_window_that_cannot_ask_does_not_close_without_a_word(
 
 
 @pytest.mark.usefixtures("new_window")
-def test_a_dialog_that_fails_on_closing_closes(window, qtbot, monkeypatch):
+def test_dialog_closes_despite_an_error_on_closing(window, qtbot, monkeypatch):
     dialog = PlannerDialog(window, window.studio, window.survey)
     dialog.show()
     qtbot.waitExposed(dialog)
@@ -160,7 +160,7 @@ def test_a_dialog_that_fails_on_closing_closes(window, qtbot, monkeypatch):
 
 
 @pytest.mark.usefixtures("new_window")
-def test_a_photo_whose_end_fails_gives_its_tab_back(window, qtbot, photos, monkeypatch):
+def test_photo_page_whose_cleanup_fails_frees_its_tab(window, qtbot, photos, monkeypatch):
     window.resize(1400, 900)
     window.open_path(photos)
     survey = window.survey

@@ -98,7 +98,7 @@ def is_logged(words: str) -> None:
     assert "in mistake" in text
 
 
-def test_an_error_in_a_slot_is_shown_and_the_window_lives(window, outcrop, picks):
+def test_error_in_a_slot_is_shown_and_the_window_stays_usable(window, outcrop, picks):
     class Sender(QObject):
         sent = Signal()
 
@@ -147,13 +147,13 @@ def test_an_error_in_every_paint_is_shown_once_and_leaves_no_painter_open(window
     assert "active painter" not in log.path().read_text()
 
 
-def test_an_error_in_a_timer_is_shown_and_the_window_lives(window):
+def test_error_in_a_timer_is_shown_and_the_window_stays_usable(window):
     QTimer.singleShot(0, mistake)
     is_said(window)
     is_logged("OurMistake")
 
 
-def test_an_error_in_a_thread_is_shown_and_the_window_lives(window):
+def test_error_in_a_thread_is_shown_and_the_window_stays_usable(window):
     thread = threading.Thread(target=mistake, name="measuring")
     thread.start()
     thread.join()
@@ -161,7 +161,7 @@ def test_an_error_in_a_thread_is_shown_and_the_window_lives(window):
     is_logged("in the thread measuring")
 
 
-def test_a_worker_thread_goes_on_after_an_error_of_one_piece(window):
+def test_worker_thread_continues_after_an_error_in_one_task(window):
     done = threading.Event()
     worker = QtBackground(window, "pieces", threads=1)
     worker.run(mistake, print)
@@ -172,7 +172,7 @@ def test_a_worker_thread_goes_on_after_an_error_of_one_piece(window):
     is_logged("in the thread pieces")
 
 
-def test_an_error_in_work_beside_the_window_is_shown_and_nothing_is_handed_over(window):
+def test_error_in_background_work_is_shown_and_gives_no_result(window):
     handed = []
     QtBackground(window).run(mistake, handed.append)
     is_said(window)
@@ -180,7 +180,7 @@ def test_an_error_in_work_beside_the_window_is_shown_and_nothing_is_handed_over(
     assert handed == []
 
 
-def test_an_error_while_something_is_taken_away_is_shown(window):
+def test_error_in_a_destructor_is_shown(window):
     class Fragile:
         def __del__(self) -> None:
             mistake()
@@ -211,9 +211,7 @@ def odd_workers(monkeypatch):
         (odd_jobs.SEGFAULT, "its process ended, code -11", "code -11"),
     ],
 )
-def test_a_mistake_in_a_worker_is_shown_and_the_next_job_is_done(
-    odd_workers, window, task, words, in_log
-):
+def test_error_in_a_worker_is_shown_and_the_next_job_runs(odd_workers, window, task, words, in_log):
     ended = []
 
     def have_done(job: Job) -> None:
@@ -250,15 +248,13 @@ def test_an_error_in_a_quiet_job_is_not_lost(odd_workers, window):
     is_said(window)
 
 
-def test_what_qt_warns_of_is_in_the_log(window):
+def test_qt_warnings_are_logged(window):
     warning = "a widget is not well"
     qWarning(warning)
     assert f"WARNING vomstudio.qt: {warning}" in log.path().read_text()
 
 
-def test_the_report_is_written_without_places_and_names(
-    window, outcrop, picks, tmp_path, monkeypatch
-):
+def test_report_contains_no_coordinates_or_names(window, outcrop, picks, tmp_path, monkeypatch):
     driver.open_outcrop(window, outcrop)
     points = next(iter(picks.values()))
     driver.look_at(window, points, 0.0)
@@ -285,13 +281,13 @@ def test_the_report_is_written_without_places_and_names(
     assert [word for word in private if word in text] == []
 
 
-def test_a_report_that_cannot_be_written_is_said(window, monkeypatch):
+def test_unwritable_report_is_reported(window, monkeypatch):
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: ("/nowhere/report.txt", ""))
     window.actions_table.all["save_report"].trigger()
     assert "/nowhere" in window.message_bar.text
 
 
-def test_a_crash_of_the_last_run_is_said_at_the_next_start(hooked, qtbot):
+def test_crash_of_the_last_run_is_reported_at_the_next_start(hooked, qtbot):
     words = (
         "import os; from vomstudio.core.failures import exception_hooks; "
         "exception_hooks.install('window'); os.abort()"
@@ -310,7 +306,7 @@ def test_a_crash_of_the_last_run_is_said_at_the_next_start(hooked, qtbot):
         driver.dismiss(window)
 
 
-def test_an_error_of_the_one_who_shows_errors_ends(window, monkeypatch):
+def test_error_in_the_error_display_does_not_recurse(window, monkeypatch):
     def broken(notice) -> None:
         raise RuntimeError("the messages are broken")
 
@@ -321,7 +317,7 @@ def test_an_error_of_the_one_who_shows_errors_ends(window, monkeypatch):
     assert log.path().read_text().count("the messages are broken\n") <= 2
 
 
-def test_what_goes_wrong_before_the_window_is_filled_is_said_when_it_is(hooked, qtbot):
+def test_error_before_the_window_is_ready_is_shown_later(hooked, qtbot):
     window = MainWindow(read_settings()[0])
     notices = FailureNotices(window, window)
     try:
@@ -336,7 +332,7 @@ def test_what_goes_wrong_before_the_window_is_filled_is_said_when_it_is(hooked, 
         driver.dismiss(window)
 
 
-def test_the_hooks_are_taken_back(own_folders):
+def test_exception_hooks_are_restored(own_folders):
     before = sys.excepthook, threading.excepthook, sys.unraisablehook
     exception_hooks.install(crashes.WINDOW)
     assert sys.excepthook is not before[0]
@@ -346,7 +342,7 @@ def test_the_hooks_are_taken_back(own_folders):
     assert list(crashes.folder().iterdir()) == []
 
 
-def test_a_crash_is_said_beside_the_work_that_it_left_open(hooked, qtbot, tmp_path):
+def test_crash_is_reported_beside_the_unsaved_work_it_left(hooked, qtbot, tmp_path):
     words = (
         "import os; from vomstudio.core.failures import exception_hooks; "
         "exception_hooks.install('window'); os.abort()"
@@ -367,7 +363,7 @@ def test_a_crash_is_said_beside_the_work_that_it_left_open(hooked, qtbot, tmp_pa
         driver.dismiss(window)
 
 
-def test_a_window_that_cannot_be_filled_says_so_and_offers_the_report(
+def test_window_that_fails_to_initialize_reports_it_and_offers_the_report(
     hooked, qtbot, tmp_path, monkeypatch
 ):
     file = tmp_path / "report.txt"

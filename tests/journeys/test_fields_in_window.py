@@ -158,7 +158,7 @@ def test_the_distance_to_a_plane_follows_the_feature(window, panel, picks) -> No
 
 
 @pytest.mark.full
-def test_the_distance_to_another_model(window, panel, outcrop, tmp_path) -> None:
+def test_distance_to_another_model_is_shown(window, panel, outcrop, tmp_path) -> None:
     mesh = read_model(outcrop).data
     path = tmp_path / "survey.ply"
     write_model(replace(mesh, vertices=mesh.vertices + [0.0, 0.0, UP]), None, path)
@@ -175,7 +175,7 @@ def test_the_distance_to_another_model(window, panel, outcrop, tmp_path) -> None
 
 
 @pytest.mark.full
-def test_a_model_that_is_placed_anew_has_its_fields_anew(window, panel) -> None:
+def test_fields_are_recomputed_if_the_model_frame_changes(window, panel) -> None:
     show(window, panel, "dip_direction", "dip direction")
     studio, before = window.studio, values(window, "dip direction").copy()
     model = driver.model(window)
@@ -197,7 +197,7 @@ def test_a_model_that_is_placed_anew_has_its_fields_anew(window, panel) -> None:
 
 
 @pytest.mark.full
-def test_the_field_is_there_again_when_the_project_is_opened(window, panel, tmp_path: Path) -> None:
+def test_field_is_restored_when_the_project_reopens(window, panel, tmp_path: Path) -> None:
     panel.radius.setValue(1.25)
     show(window, panel, "curvature", "curvature, r 1.25 m")
     before = values(window, "curvature").copy()
@@ -217,7 +217,7 @@ def test_the_field_is_there_again_when_the_project_is_opened(window, panel, tmp_
 
 
 @pytest.mark.full
-def test_stopped_in_the_middle_it_can_be_asked_again(window, panel) -> None:
+def test_field_computation_can_be_stopped_and_restarted(window, panel) -> None:
     driver.click(panel.start, panel.start.rect().center())
     assert panel.start.text() == "Stop"
     driver.click(panel.start, panel.start.rect().center())
@@ -228,7 +228,7 @@ def test_stopped_in_the_middle_it_can_be_asked_again(window, panel) -> None:
 
 
 @pytest.mark.full
-def test_a_radius_without_points_is_told(window, panel) -> None:
+def test_radius_below_face_size_is_reported(window, panel) -> None:
     panel.radius.setValue(0.001)
     driver.click(panel.start, panel.start.rect().center())
     driver.wait(

@@ -88,26 +88,26 @@ def replaced_only_when_asked(there: Path, ask: Callable[[], object], typed: str)
 
 
 @pytest.mark.parametrize("ending", ["csv", "dxf"])
-def test_a_table_whose_ending_is_not_typed_is_replaced_only_when_that_was_asked(
+def test_existing_table_is_replaced_only_after_asking_if_extension_is_added(
     opened, tmp_path, ending
 ) -> None:
     run = opened.actions_table.all[f"export_{ending}"].trigger
     replaced_only_when_asked(tmp_path / f"planes.{ending}", run, str(tmp_path / "planes"))
 
 
-def test_a_figure_and_the_table_of_a_command_too(opened, tmp_path) -> None:
+def test_existing_figure_and_command_table_are_replaced_only_after_asking(opened, tmp_path) -> None:
     run = opened.actions_table.all["export_net"].trigger
     replaced_only_when_asked(tmp_path / "net.svg", run, str(tmp_path / "net"))
     run = opened.net.command.click
     replaced_only_when_asked(tmp_path / "planes.csv", run, str(tmp_path / "planes"))
 
 
-def test_the_report_too(opened, tmp_path) -> None:
+def test_existing_error_report_is_replaced_only_after_asking(opened, tmp_path) -> None:
     run = opened.actions_table.all["save_report"].trigger
     replaced_only_when_asked(tmp_path / "report.txt", run, str(tmp_path / "report"))
 
 
-def test_the_report_of_a_project_too(opened, tmp_path) -> None:
+def test_existing_project_report_is_replaced_only_after_asking(opened, tmp_path) -> None:
     run = opened.actions_table.all["project_report"].trigger
     path = tmp_path / "project.html"
     replaced_only_when_asked(path, run, str(tmp_path / "project"))
@@ -134,7 +134,9 @@ def test_a_model_is_exported_in_the_format_that_is_chosen(opened, tmp_path) -> N
     driver.wait((tmp_path / "other.ply").exists, "the model")
 
 
-def test_files_for_other_programs_have_the_ending_of_the_chosen_one(opened, tmp_path) -> None:
+def test_export_for_other_programs_uses_the_extension_of_the_selected_format(
+    opened, tmp_path
+) -> None:
     run = opened.actions_table.all["export_program"].trigger
     in_dialog(str(tmp_path / "beds"), ".tsv")
     run()

@@ -329,7 +329,7 @@ def pole_at(net, id_: str) -> tuple[float, float]:
     raise AssertionError("the plane is not on the net")
 
 
-def test_unsaved_work_is_asked_about_and_each_answer_does_what_it_says(
+def test_unsaved_work_prompts_and_each_answer_is_followed(
     own_folders, qtbot, outcrop, picks, tmp_path
 ):
     window = driver.make_window()

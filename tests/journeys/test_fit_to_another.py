@@ -88,7 +88,7 @@ def seen(view: PickingView, places: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.full
-def test_points_in_both_then_the_surfaces(
+def test_model_is_fitted_by_points_and_then_by_surfaces(
     window, outcrop, moved, picks, tmp_path, monkeypatch, capfd
 ) -> None:
     driver.open_outcrop(window, outcrop)
@@ -180,7 +180,7 @@ def test_points_in_both_then_the_surfaces(
 
 
 @pytest.mark.full
-def test_what_the_views_hold_is_freed_and_a_fit_can_be_stopped(window, outcrop, moved) -> None:
+def test_fit_can_be_stopped_and_closing_the_dialog_frees_its_views(window, outcrop, moved) -> None:
     driver.open_outcrop(window, outcrop)
     dialog = dialog_of(window, moved)
     views = (dialog.model_view, dialog.reference_view)
@@ -201,7 +201,7 @@ def test_what_the_views_hold_is_freed_and_a_fit_can_be_stopped(window, outcrop, 
 
 
 @pytest.mark.full
-def test_a_model_without_north_places_no_other(window, outcrop, moved) -> None:
+def test_model_without_declared_frame_cannot_be_the_reference(window, outcrop, moved) -> None:
     driver.open_outcrop(window, outcrop)
     studio = window.studio
     own = driver.model(window)
@@ -236,7 +236,7 @@ def test_a_model_without_north_places_no_other(window, outcrop, moved) -> None:
 
 
 @pytest.mark.full
-def test_the_error_of_what_it_was_fitted_to_is_carried_on(window, outcrop, tmp_path) -> None:
+def test_error_of_the_reference_is_propagated(window, outcrop, tmp_path) -> None:
     """A reference that may be tilted by a degree tilts what is fitted to it."""
     driver.open_outcrop(window, outcrop)
     studio, rng = window.studio, np.random.default_rng(2)
@@ -290,7 +290,7 @@ def test_the_error_of_what_it_was_fitted_to_is_carried_on(window, outcrop, tmp_p
 
 
 @pytest.mark.full
-def test_a_cloud_of_what_has_not_moved_is_the_mask(window, outcrop, tmp_path) -> None:
+def test_cloud_of_stable_surface_is_used_as_mask(window, outcrop, tmp_path) -> None:
     """Half of the reference has slid since: near a cloud of the other half the fit is right, by all
     of the reference it is not."""
     driver.open_outcrop(window, outcrop)

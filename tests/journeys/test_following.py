@@ -62,7 +62,7 @@ def test_three_clicks_make_a_trace_of_many_points(following, picks):
 
 @pytest.mark.full
 @pytest.mark.parametrize("screen", SCREENS, indirect=True)
-def test_ten_traces_take_twenty_actions(screen, following, picks, truth):
+def test_ten_traces_take_at_most_twenty_actions(screen, following, picks, truth):
     """A click, and a double click where the trace ends: the way between them is followed."""
     window, viewport, actions = following, following.viewport, 0
     look_at(window, np.concatenate(list(picks.values())), 0.0, 10.0)
@@ -105,7 +105,7 @@ def is_reached(window, point: np.ndarray) -> bool:
 
 
 @pytest.mark.full
-def test_the_way_runs_ahead_of_the_click_and_a_way_point_can_be_dragged(following, picks):
+def test_path_previews_ahead_of_the_click_and_waypoints_can_be_dragged(following, picks):
     window = following
     tool = window.studio.get_tool(TraceTool)
     first, middle, last = way_points(window, picks["B01"])
@@ -135,7 +135,7 @@ def test_a_key_switches_following_on_and_off(following):
 
 
 @pytest.mark.full
-def test_while_nothing_is_picked_the_key_takes_up_the_trace_tool(following):
+def test_following_key_activates_the_trace_tool_if_nothing_is_picked(following):
     window, studio = following, following.studio
     tool = studio.get_tool(TraceTool)
     key(window, Qt.Key.Key_N)
@@ -187,9 +187,7 @@ def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, pic
 
 
 @pytest.mark.full
-def test_a_trace_that_is_ended_while_its_way_is_searched_for_leaves_the_next_clicks_alone(
-    following, picks
-):
+def test_finishing_a_trace_during_path_search_does_not_affect_next_clicks(following, picks):
     """As fast as somebody clicks who knows the outcrop: the first way takes longest."""
     window, studio = following, following.studio
     tool = studio.get_tool(TraceTool)
@@ -265,7 +263,7 @@ def test_waiting_clicks_are_marked_and_a_tool_key_ends_the_queue(following, pick
 
 
 @pytest.mark.full
-def test_a_tool_key_keeps_a_trace_that_is_searched_without_enter(following, picks):
+def test_tool_key_keeps_a_trace_still_being_searched(following, picks):
     window, studio = following, following.studio
     with slow_search(window):
         for at in way_points(window, picks["B01"]):

@@ -96,7 +96,7 @@ def test_a_contact_is_followed_in_the_photo_and_is_on_the_outcrop_at_once(bed):
     assert not made(window)
 
 
-def test_esc_gives_it_up_as_a_step(bed):
+def test_esc_discards_the_followed_trace_as_one_undo_step(bed):
     window, studio, canvas = bed, bed.studio, bed.in_photos.canvas
     tool = studio.get_tool(TraceTool)
     first, _, last = places(window)
@@ -113,7 +113,7 @@ def test_esc_gives_it_up_as_a_step(bed):
     studio.cancel_tool()
 
 
-def test_the_box_says_why_photos_cannot_be_followed_in(bed):
+def test_check_box_explains_why_photos_cannot_be_followed(bed):
     side = driver.tool_panel(bed, TracePanel)
     assert side.photo_follow_box.check.isEnabled()
     side.follow_box.setCurrentIndex(side.follow_box.findData("curvature"))

@@ -108,7 +108,7 @@ def nearly(value):
 
 
 @pytest.mark.full
-def test_a_window_on_the_wall_gives_the_closed_form_and_the_figures_of_the_command(
+def test_window_statistics_match_closed_form_and_command(
     window, wall, tmp_path, monkeypatch, capfd
 ) -> None:
     panel = wall
@@ -139,7 +139,7 @@ def test_a_window_on_the_wall_gives_the_closed_form_and_the_figures_of_the_comma
 
 
 @pytest.mark.full
-def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
+def test_inspected_grid_cells_are_used_as_the_sampling_window(
     window, wall, tmp_path, monkeypatch, capfd
 ) -> None:
     """Without a plane the face is that of the grid; cells that were not looked at, or in which
@@ -202,7 +202,7 @@ def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
 
 @pytest.mark.full
 @pytest.mark.parametrize("kind", ["Circle", "Scanline"])
-def test_a_drag_on_the_map_marks_where_is_counted(
+def test_dragging_on_the_map_marks_the_sampling_region(
     window, wall, kind, tmp_path, monkeypatch, capfd
 ) -> None:
     panel = wall
@@ -234,7 +234,7 @@ def test_a_drag_on_the_map_marks_where_is_counted(
 
 
 @pytest.mark.full
-def test_a_window_around_all_traces_cuts_off_none(window, wall) -> None:
+def test_window_around_all_traces_censors_none(window, wall) -> None:
     panel = wall
     panel.region_field.clear()
     settle(panel)
@@ -244,7 +244,7 @@ def test_a_window_around_all_traces_cuts_off_none(window, wall) -> None:
 
 
 @pytest.mark.full
-def test_what_cannot_be_counted_is_said(window, wall) -> None:
+def test_invalid_window_or_selection_is_reported(window, wall) -> None:
     panel = wall
     for typed, code in (
         ("1, 2, 3", "fractures.not-a-window"),
@@ -336,7 +336,7 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
 
 
 @pytest.mark.full
-def test_traces_that_say_nothing_of_a_displacement(window, faulted) -> None:
+def test_traces_unusable_for_displacement_are_reported(window, faulted) -> None:
     panel, studio = faulted, window.studio
     studio.selection.set(["F"])
     press(panel.fault.take_button)

@@ -74,7 +74,7 @@ def shown(window) -> None:
 
 
 @pytest.mark.full
-def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
+def test_bed_is_shown_in_its_photos_and_another_is_picked_there(traced):
     window, studio, panel = traced, traced.studio, traced.in_photos
     canvas = panel.canvas
     studio.selection.set(["B05"])
@@ -243,7 +243,7 @@ def test_a_patch_is_painted_in_a_photo(traced):
 
 
 @pytest.mark.full
-def test_photos_that_have_moved_are_found_again_by_their_folder(window, sample, tmp_path):
+def test_moved_photos_are_found_by_selecting_their_folder(window, sample, tmp_path):
     away = tmp_path / "elsewhere"
     from dataclasses import replace
 
@@ -296,7 +296,7 @@ def test_cameras_of_other_programs_show_a_model_in_its_photos(window, sample):
 
 
 @pytest.mark.full
-def test_a_model_without_cameras_says_what_to_do(window, outcrop):
+def test_model_without_cameras_shows_what_to_do(window, outcrop):
     driver.open_outcrop(window, outcrop)
     window.actions_table.run("show_in_photos")
     panel = window.in_photos

@@ -129,7 +129,7 @@ def test_after_opening_a_model_keys_act_on_the_outcrop(opened):
 
 
 @pytest.mark.full
-def test_after_opening_photos_and_a_project_too(window, photos, tmp_path):
+def test_opening_photos_or_a_project_moves_focus_from_the_filter(window, photos, tmp_path):
     window.docks.bring_forward("table")
     window.table._filter.setFocus()
     window.open_path(photos)
@@ -144,7 +144,7 @@ def test_after_opening_photos_and_a_project_too(window, photos, tmp_path):
 
 
 @pytest.mark.full
-def test_what_was_typed_before_a_model_came_is_not_cut_off(window, outcrop):
+def test_loading_a_model_does_not_interrupt_typing(window, outcrop):
     window.docks.bring_forward("table")
     press(window.table._filter)
     QTest.keyClicks(window.table._filter, "dip")
@@ -154,7 +154,7 @@ def test_what_was_typed_before_a_model_came_is_not_cut_off(window, outcrop):
 
 
 @pytest.mark.full
-def test_the_focus_of_a_page_that_disappears_goes_to_the_outcrop(window, outcrop):
+def test_focus_moves_to_the_outcrop_when_a_page_is_hidden(window, outcrop):
     button = next(b for b in window.start_page.findChildren(QWidget) if b.focusPolicy())
     button.setFocus(Qt.FocusReason.TabFocusReason)
     assert button.hasFocus()
@@ -163,7 +163,7 @@ def test_the_focus_of_a_page_that_disappears_goes_to_the_outcrop(window, outcrop
 
 
 # --- combo boxes -----------------------------------------------------------------------------
-def test_a_choice_hands_the_keyboard_back_and_enter_finishes_the_line(opened):
+def test_combo_box_choice_returns_focus_and_enter_finishes_the_line(opened):
     panel = line_panel(opened)
     choose(panel.type_box, 1)
     chosen = panel.type_box.currentData()
@@ -246,7 +246,7 @@ def test_no_combo_box_of_any_panel_is_changed_by_a_letter(opened):
 
 # --- fields ----------------------------------------------------------------------------------
 @pytest.mark.full
-def test_enter_keeps_a_sets_name_and_the_next_keys_are_the_outcrops(opened):
+def test_enter_stores_the_set_name_and_returns_focus_to_the_outcrop(opened):
     key(opened, Qt.Key.Key_P)
     panel = driver.tool_panel(opened, PlanePanel)
     radius = panel.radius.value()
@@ -261,7 +261,7 @@ def test_enter_keeps_a_sets_name_and_the_next_keys_are_the_outcrops(opened):
 
 
 @pytest.mark.full
-def test_enter_in_a_field_confirms_it_and_finishes_no_line(opened):
+def test_enter_in_a_text_field_does_not_finish_the_line(opened):
     panel = line_panel(opened)
     press(panel.set_name_edit)
     QTest.keyClicks(panel.set_name_edit, "S2")
@@ -274,7 +274,7 @@ def test_enter_in_a_field_confirms_it_and_finishes_no_line(opened):
 
 
 @pytest.mark.full
-def test_esc_in_a_field_puts_its_text_back_and_leaves_the_line(opened):
+def test_esc_in_a_text_field_restores_its_text_and_keeps_the_line(opened):
     panel = line_panel(opened)
     press(panel.set_name_edit)
     QTest.keyClicks(panel.set_name_edit, "oops")
@@ -291,7 +291,7 @@ def test_esc_in_a_field_puts_its_text_back_and_leaves_the_line(opened):
 
 
 @pytest.mark.full
-def test_a_number_takes_digits_and_leaves_letters_to_the_outcrop(opened):
+def test_spin_box_accepts_digits_and_passes_letters_to_the_outcrop(opened):
     key(opened, Qt.Key.Key_P)
     panel = driver.tool_panel(opened, PlanePanel)
     click(panel.findChild(MoreSection).toggle, QPoint(12, 8))
@@ -315,7 +315,7 @@ def test_a_number_takes_digits_and_leaves_letters_to_the_outcrop(opened):
 
 
 @pytest.mark.full
-def test_every_field_of_every_panel_hands_the_keyboard_back(opened):
+def test_every_field_of_every_panel_returns_focus_to_the_outcrop(opened):
     tried = 0
     for name in opened.docks:
         opened.docks.bring_forward(name)
@@ -352,7 +352,7 @@ def type_keys(text: str) -> None:
 
 
 @pytest.mark.full
-def test_what_is_typed_on_a_cell_goes_into_it_and_enter_hands_the_keyboard_back(opened):
+def test_typing_edits_the_selected_cell_and_enter_returns_focus(opened):
     key(opened, Qt.Key.Key_C)
     panel = driver.tool_panel(opened, ControlPanel)
     click(opened.viewport, opened.viewport.rect().center())
@@ -400,7 +400,7 @@ def test_a_vertex_is_typed_and_deleted_in_its_row(opened):
 
 
 @pytest.mark.full
-def test_letters_on_the_table_of_orientations_open_no_cell(opened):
+def test_letters_on_the_orientation_table_do_not_start_editing(opened):
     one_plane(opened)
     press_cell(opened.table.view, 0, 0)
     type_keys("t")
@@ -411,7 +411,7 @@ def test_letters_on_the_table_of_orientations_open_no_cell(opened):
 # --- mouse and wheel -------------------------------------------------------------------------
 @pytest.mark.full
 @pytest.mark.parametrize("come", [enter, turn_wheel])
-def test_coming_over_the_outcrop_takes_the_keyboard_unless_text_is_edited(opened, come):
+def test_pointer_entering_outcrop_takes_focus_unless_editing_text(opened, come):
     one_plane(opened)
     opened.docks.bring_forward("project")
     field = opened.table._filter
@@ -432,7 +432,7 @@ def test_coming_over_the_outcrop_takes_the_keyboard_unless_text_is_edited(opened
     assert field.text() == "dip"
 
 
-def test_a_field_to_be_filled_in_keeps_the_keyboard_while_the_cursor_rests(opened):
+def test_field_keeps_focus_while_the_pointer_is_still(opened):
     """A hint or a list over the outcrop that closes is no movement of the mouse."""
     middle = opened.viewport.rect().center()
     driver.move(opened.viewport, middle + QPoint(40, 0))
@@ -449,7 +449,7 @@ def test_a_field_to_be_filled_in_keeps_the_keyboard_while_the_cursor_rests(opene
 
 
 @pytest.mark.full
-def test_a_click_into_the_outcrop_takes_it_from_edited_text(opened):
+def test_clicking_the_outcrop_takes_focus_from_edited_text(opened):
     press(opened.table._filter)
     QTest.keyClicks(opened.table._filter, "dip")
     click(opened.viewport, opened.viewport.rect().center())
@@ -457,7 +457,7 @@ def test_a_click_into_the_outcrop_takes_it_from_edited_text(opened):
 
 
 @pytest.mark.full
-def test_letters_on_a_button_or_list_are_the_outcrops(opened):
+def test_letters_on_buttons_and_lists_act_on_the_outcrop(opened):
     one_plane(opened)
     buttons = [b for b in opened.docks["view"].widget().findChildren(QPushButton) if b.isEnabled()]
     opened.docks.bring_forward("view")
@@ -473,7 +473,7 @@ def test_letters_on_a_button_or_list_are_the_outcrops(opened):
 
 @pytest.mark.full
 @pytest.mark.usefixtures("new_window")
-def test_two_windows_one_after_the_other_leave_nothing_behind(window):
+def test_closed_window_does_not_affect_focus_in_another_window(window):
     """The watcher is told of every change of the focus in the program: it goes with its window."""
     other = driver.make_window()
     press(other.table._filter)

@@ -106,13 +106,13 @@ def moments(*numbers: int, often: tuple[int, ...]) -> list[Any]:
 
 @pytest.mark.full
 @pytest.mark.parametrize("number", moments(4, 13, 30, 46, 67, often=(13, 46)))
-def test_untitled_work_is_offered_back(own_folders, qapp, number):
+def test_untitled_work_is_offered_after_a_kill(own_folders, qapp, number):
     kill_after(number, None)
 
 
 @pytest.mark.full
 @pytest.mark.parametrize("number", moments(7, 26, 57, 73, 79, often=(26, 79)))
-def test_named_work_is_there_again(own_folders, qapp, tmp_path, number):
+def test_named_work_is_restored_after_a_kill(own_folders, qapp, tmp_path, number):
     kill_after(number, tmp_path / "cliff.vom")
 
 
@@ -131,7 +131,7 @@ def test_a_kill_after_any_event_loses_nothing(tmp_path, monkeypatch, qapp, named
 
 @pytest.mark.full
 @pytest.mark.slow
-def test_a_kill_at_any_moment_leaves_what_was_shown_or_the_next_step(
+def test_kill_at_any_moment_keeps_shown_state_or_the_next_step(
     tmp_path, monkeypatch, qapp, own_folders
 ):
     """Not between two events but anywhere: a row may be on the disk that was not shown yet."""
@@ -154,7 +154,7 @@ def test_a_kill_at_any_moment_leaves_what_was_shown_or_the_next_step(
 
 
 @pytest.mark.full
-def test_an_empty_window_that_was_killed_offers_nothing(own_folders, qapp):
+def test_killed_empty_window_offers_nothing_to_recover(own_folders, qapp):
     with child("studio", "--step") as process:
         said(process)
         kill(process)
@@ -198,12 +198,12 @@ def window_killed_after(number: int, folder: Path, named: Path | None = None) ->
     assert offered_back(named) == last["screen"]
 
 
-def test_the_whole_window_is_killed_with_an_open_trace(own_folders, qapp, tmp_path):
+def test_killing_the_full_window_keeps_its_open_trace(own_folders, qapp, tmp_path):
     window_killed_after(10, tmp_path)
 
 
 @pytest.mark.full
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 3, 6, 7, 8, 11])
-def test_the_whole_window_is_killed(own_folders, qapp, tmp_path, number):
+def test_killing_the_full_window_loses_nothing(own_folders, qapp, tmp_path, number):
     window_killed_after(number, tmp_path, None if number % 2 else tmp_path / "cliff.vom")

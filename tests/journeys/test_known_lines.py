@@ -100,7 +100,7 @@ def level_pair(world: np.ndarray, usable: np.ndarray, toward: np.ndarray) -> tup
 
 
 @pytest.mark.full
-def test_lines_place_a_model_as_far_as_they_tell(window, tilted) -> None:
+def test_known_lines_register_a_model_as_far_as_they_determine_it(window, tilted) -> None:
     world = np.load(tilted.with_name("world.npy"))
     middle = world.mean(axis=0)
     file = to_file(world, middle)
@@ -229,7 +229,7 @@ def test_one_plumb_line_levels_a_model(window, tilted) -> None:
 
 
 @pytest.mark.full
-def test_the_first_click_can_be_taken_back_and_one_line_tells_too_little(window, tilted) -> None:
+def test_first_click_can_be_undone_and_one_line_is_not_enough(window, tilted) -> None:
     world = np.load(tilted.with_name("world.npy"))
     file = to_file(world, world.mean(axis=0))
     window.open_path(tilted)

@@ -120,7 +120,9 @@ def pole(azimuth: float, dip: float) -> np.ndarray:
     return np.array([np.sin(a) * np.sin(d), np.cos(a) * np.sin(d), np.cos(d)])
 
 
-def test_planes_that_were_read_place_a_model(window, tilted, picks, truth, monkeypatch) -> None:
+def test_compass_readings_of_planes_register_a_model(
+    window, tilted, picks, truth, monkeypatch
+) -> None:
     panel = begin(window, tilted, picks)
     studio = window.studio
     assert studio.tool_name == "known_line"
@@ -240,7 +242,7 @@ def say_north(window, panel: ControlPanel, *, north: str, **fields: str) -> None
     driver.pause()
 
 
-def test_what_cannot_have_been_read_says_why_and_a_plane_that_goes_places_nothing(
+def test_invalid_reading_stays_in_the_field_and_deleted_trace_is_missing(
     window, tilted, picks, truth
 ) -> None:
     panel = begin(window, tilted, picks)
@@ -283,7 +285,7 @@ def test_what_cannot_have_been_read_says_why_and_a_plane_that_goes_places_nothin
     assert panel.lines.item(2, 5).text() != shown
 
 
-def test_mistakes_with_readings_are_taken_back_by_one_press(window, tilted, picks, truth) -> None:
+def test_reading_mistakes_are_undone_in_one_step(window, tilted, picks, truth) -> None:
     panel, studio = begin(window, tilted, picks), window.studio
     names = spread(truth, 4)
 

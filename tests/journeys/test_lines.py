@@ -56,7 +56,7 @@ def spots(window, points: np.ndarray) -> list[QPoint]:
 
 
 @pytest.mark.full
-def test_a_line_is_picked_moved_kept_and_taken_back(picked, picks):
+def test_line_is_picked_edited_stored_and_undone(picked, picks):
     window, studio, viewport = picked, picked.studio, picked.viewport
     at = spots(window, picks["B01"])
     key(window, Qt.Key.Key_L)
@@ -157,7 +157,7 @@ def test_distances_and_areas_are_measured_with_the_mouse(picked, picks):
 
 
 @pytest.mark.full
-def test_the_view_goes_down_an_intersection(picked, picks):
+def test_view_can_look_along_an_intersection(picked, picks):
     window, studio = picked, picked.studio
     studio.selection.set(["B01", OTHER])
     window.actions_table.all["keep_intersection"].trigger()

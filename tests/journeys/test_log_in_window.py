@@ -119,7 +119,7 @@ def test_boundaries_are_clicked_and_the_log_is_written(
 
 
 @pytest.mark.full
-def test_traces_that_cross_a_line_are_its_boundaries(window, model_id, picks) -> None:
+def test_traces_crossing_a_line_are_its_boundaries(window, model_id, picks) -> None:
     """A line that runs straight across the middles of three traces meets these, and a later
     deletion of one is noticed."""
     studio = window.studio
@@ -149,7 +149,7 @@ def test_traces_that_cross_a_line_are_its_boundaries(window, model_id, picks) ->
 
 
 @pytest.mark.full
-def test_words_that_are_being_typed_are_not_lost_to_a_new_log(window, model_id, picks) -> None:
+def test_text_being_typed_survives_a_new_log(window, model_id, picks) -> None:
     studio = window.studio
     beds = beds_in_turn(picks)
     model = studio.records[model_id]
@@ -182,7 +182,7 @@ def test_words_that_are_being_typed_are_not_lost_to_a_new_log(window, model_id, 
 
 
 @pytest.mark.full
-def test_what_is_typed_of_beds_is_kept_with_the_line(
+def test_bed_descriptions_are_stored_with_the_line(
     window, model_id, picks, tmp_path, monkeypatch, capfd
 ) -> None:
     """Undone and done again, saved, opened again, told by the command and in exports; the

@@ -126,7 +126,7 @@ def test_cells_are_marked_by_clicks_and_keys_and_counted(window, laid) -> None:
 
 
 @pytest.mark.full
-def test_the_command_says_what_the_dock_says(window, laid, tmp_path, capfd) -> None:
+def test_command_matches_the_panel_figures(window, laid, tmp_path, capfd) -> None:
     panel, studio = laid, window.studio
     grid = grid_of(window)
     assert studio.attempt(grid_edits.mark_cells, grid.id, range(grid.columns), "e")

@@ -127,7 +127,7 @@ def holds_nothing(window) -> None:
 
 
 @pytest.mark.parametrize("way", ["undone", "another project"])
-def test_every_panel_empties_itself_with_its_model(window, outcrop, tmp_path, way):
+def test_every_panel_is_cleared_with_its_model(window, outcrop, tmp_path, way):
     studio = window.studio
     driver.open_outcrop(window, outcrop)
     text = outcrop.read_text()

@@ -45,7 +45,7 @@ def wait_for(window, panel, title: str) -> None:
 
 
 @pytest.mark.full
-def test_a_typed_plane(window, panel) -> None:
+def test_measurability_of_a_typed_plane_is_shown(window, panel) -> None:
     asked = panel.measurable
     assert asked.attitude.isVisible()
     assert not panel.start.isEnabled()
@@ -73,7 +73,7 @@ def test_a_typed_plane(window, panel) -> None:
 
 
 @pytest.mark.full
-def test_what_is_no_plane_cannot_be_asked_for(window, panel) -> None:
+def test_invalid_plane_text_disables_the_start_button(window, panel) -> None:
     for text in ("", "abc", "315", "315/95", "400/38"):
         panel.measurable.attitude.setText(text)
         assert not panel.start.isEnabled(), text
@@ -81,7 +81,7 @@ def test_what_is_no_plane_cannot_be_asked_for(window, panel) -> None:
 
 
 @pytest.mark.full
-def test_of_the_selected_feature_and_of_its_set(window, panel, picks) -> None:
+def test_measurability_of_selected_feature_and_its_set_is_shown(window, panel, picks) -> None:
     studio, model = window.studio, driver.model(window)
     for i, (name, points) in enumerate(list(picks.items())[:3]):
         rows = tuple(map(tuple, points))

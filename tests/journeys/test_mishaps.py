@@ -52,9 +52,7 @@ def sentences(window) -> list[str]:
 @pytest.mark.full
 @pytest.mark.usefixtures("new_window")
 @pytest.mark.expects_log
-def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeeds(
-    window, outcrop, tmp_path
-):
+def test_killed_worker_is_reported_and_the_next_load_succeeds(window, outcrop, tmp_path):
     jobs = driver.begin_reading(window, tmp_path)
     os.kill(jobs.visible()[0].worker._process.pid, signal.SIGKILL)
     wait(lambda: not jobs.visible(), "the end of the job")
@@ -88,7 +86,7 @@ def test_a_closed_window_leaves_no_worker(own_folders, qtbot, outcrop):
 
 
 @pytest.mark.full
-def test_a_window_closed_right_after_its_birth_leaves_nothing_running(own_folders, qtbot):
+def test_window_closed_right_after_creation_leaves_nothing_running(own_folders, qtbot):
     from vomstudio.io.settings import read_settings
     from vomstudio.ui.shell.main_window import MainWindow
 
@@ -104,9 +102,7 @@ def test_a_window_closed_right_after_its_birth_leaves_nothing_running(own_folder
 # --- the disk ---------------------------------------------------------------------------------
 @pytest.mark.full
 @pytest.mark.usefixtures("new_window")
-def test_work_goes_on_beside_a_full_disk_and_is_written_when_there_is_space(
-    window, outcrop, tmp_path
-):
+def test_work_continues_on_a_full_disk_and_is_written_once_space_is_free(window, outcrop, tmp_path):
     driver.open_outcrop(window, outcrop)
     with small_disk(tmp_path / "disk", 2048) as disk:
         window.studio.save_as(disk / "cliff.vom")
@@ -138,7 +134,7 @@ def test_work_goes_on_beside_a_full_disk_and_is_written_when_there_is_space(
 
 @pytest.mark.full
 @pytest.mark.slow
-def test_a_full_disk_does_not_hold_the_window_open(own_folders, qtbot, outcrop, tmp_path):
+def test_full_disk_does_not_keep_the_window_open(own_folders, qtbot, outcrop, tmp_path):
     from PySide6.QtWidgets import QMessageBox
 
     window = driver.make_window()
@@ -183,9 +179,7 @@ def held(folder: Path):
 @pytest.mark.full
 @pytest.mark.usefixtures("new_window")
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can mount a disk for reading")
-def test_a_project_that_cannot_be_written_is_opened_worked_on_and_saved_elsewhere(
-    window, outcrop, tmp_path
-):
+def test_read_only_project_can_be_edited_and_saved_elsewhere(window, outcrop, tmp_path):
     with small_disk(tmp_path / "disk", 4096) as disk:
         folder = disk / "cliff.vom"
         driver.open_outcrop(window, outcrop)
@@ -226,7 +220,7 @@ def test_a_project_that_cannot_be_written_is_opened_worked_on_and_saved_elsewher
 @pytest.mark.full
 @pytest.mark.usefixtures("new_window")
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can mount a disk for reading")
-def test_a_project_whose_disk_becomes_writable_is_written_and_locked_from_then_on(window, tmp_path):
+def test_project_on_disk_that_becomes_writable_is_written_and_locked(window, tmp_path):
     with small_disk(tmp_path / "disk", 4096) as disk:
         folder = disk / "cliff.vom"
         window.studio.save_as(folder)
@@ -250,9 +244,7 @@ def test_a_project_whose_disk_becomes_writable_is_written_and_locked_from_then_o
 
 
 @pytest.mark.full
-def test_saving_under_a_taken_name_is_refused_and_the_project_stays_what_it_was(
-    window, outcrop, tmp_path
-):
+def test_saving_under_a_taken_name_is_rejected_and_keeps_the_project(window, outcrop, tmp_path):
     driver.open_outcrop(window, outcrop)
     (tmp_path / "file.vom").write_text("something")
     (tmp_path / "full.vom").mkdir()
@@ -290,7 +282,7 @@ def test_a_project_is_open_in_one_window_at_a_time(window, qtbot, outcrop, tmp_p
 @pytest.mark.full
 @pytest.mark.usefixtures("new_window")
 @pytest.mark.slow
-def test_the_work_of_a_living_window_is_not_offered_to_another(window, qtbot, outcrop):
+def test_work_of_an_open_window_is_not_offered_to_another(window, qtbot, outcrop):
     driver.open_outcrop(window, outcrop)
     bed_on_model(window)
     other = driver.make_window()
@@ -336,7 +328,7 @@ def shows_the_bed(window) -> None:
 
 
 @pytest.mark.full
-def test_a_model_that_is_gone_is_said_its_features_stay_and_it_can_be_located(project, tmp_path):
+def test_missing_model_is_reported_keeps_features_and_can_be_located(project, tmp_path):
     folder, file = project
     moved = tmp_path / "elsewhere"
     shutil.move(str(file.parent), str(moved))
@@ -386,7 +378,7 @@ def test_a_model_moved_together_with_its_project_is_found(project, tmp_path):
 
 
 @pytest.mark.full
-def test_a_model_that_has_changed_is_said_and_nothing_moves(project):
+def test_changed_model_is_reported_and_no_feature_moves(project):
     folder, file = project
     time.sleep(0.01)
     lines = file.read_text().splitlines()
@@ -405,7 +397,7 @@ def test_a_model_that_has_changed_is_said_and_nothing_moves(project):
 
 @pytest.mark.full
 @pytest.mark.slow
-def test_a_model_that_is_damaged_now_is_said_and_the_features_stay(project):
+def test_damaged_model_is_reported_and_features_remain(project):
     folder, file = project
     file.write_bytes(b"\0\1\2" * 1000)
     window = reopened(folder)
@@ -416,7 +408,7 @@ def test_a_model_that_is_damaged_now_is_said_and_the_features_stay(project):
 
 # --- damaged things ---------------------------------------------------------------------------
 @pytest.mark.full
-def test_a_damaged_first_row_leaves_a_window_that_works(project):
+def test_window_works_despite_a_damaged_first_row(project):
     """The row that holds the feature types: everything else is still there."""
     import sqlite3
 
@@ -436,7 +428,7 @@ def test_a_damaged_first_row_leaves_a_window_that_works(project):
 
 
 @pytest.mark.full
-def test_what_was_left_out_is_what_the_bar_says_last(project):
+def test_message_bar_shows_skipped_rows_last(project):
     """Not that unsaved work was restored, nor one damaged row as if it were the only one."""
     import sqlite3
 
@@ -470,7 +462,7 @@ def test_what_was_left_out_is_what_the_bar_says_last(project):
 @pytest.mark.parametrize(
     "content", [b"", b"not a database at all", b"SQLite format 3\0" + b"\0" * 84]
 )
-def test_what_is_no_project_is_refused_and_the_open_one_stays(window, tmp_path, content):
+def test_invalid_project_is_rejected_and_the_open_one_stays(window, tmp_path, content):
     folder = tmp_path / "bad.vom"
     folder.mkdir()
     (folder / "journal.sqlite").write_bytes(content)
@@ -483,7 +475,7 @@ def test_what_is_no_project_is_refused_and_the_open_one_stays(window, tmp_path, 
 
 
 @pytest.mark.full
-def test_settings_that_cannot_be_read_are_said_and_defaults_are_used(own_folders, qtbot):
+def test_unreadable_settings_are_reported_and_defaults_are_used(own_folders, qtbot):
     (own_folders / "settings.toml").write_text("notation = [not toml")
     window = driver.make_window()
     assert "settings.unreadable" in shown_codes(window.message_bar.text)
@@ -491,7 +483,7 @@ def test_settings_that_cannot_be_read_are_said_and_defaults_are_used(own_folders
     driver.dismiss(window)
 
 
-def test_recovered_work_is_brought_back_by_the_button_that_offers_it(own_folders, qtbot):
+def test_restore_button_brings_back_recovered_work(own_folders, qtbot):
     import sys
 
     from PySide6.QtWidgets import QPushButton
@@ -524,7 +516,7 @@ def test_recovered_work_is_brought_back_by_the_button_that_offers_it(own_folders
 
 
 @pytest.mark.full
-def test_what_is_said_of_a_path_stands_in_front_of_the_offer_to_restore(own_folders, tmp_path):
+def test_message_about_opened_path_precedes_the_restore_offer(own_folders, tmp_path):
     for name in ("left.vom", "asked.vom"):
         ProjectFolder.create(tmp_path / name).close()
     (own_folders / "settings.toml").write_text(
@@ -545,7 +537,7 @@ def test_what_is_said_of_a_path_stands_in_front_of_the_offer_to_restore(own_fold
 
 @pytest.mark.full
 @pytest.mark.slow
-def test_the_layers_say_what_is_saved_when_the_window_is_closed_right_after_an_edit(
+def test_layers_match_saved_state_if_the_window_closes_after_an_edit(
     own_folders, qtbot, outcrop, tmp_path
 ):
     import sqlite3
@@ -586,7 +578,9 @@ def test_the_layers_say_what_is_saved_when_the_window_is_closed_right_after_an_e
 
 @pytest.mark.full
 @pytest.mark.usefixtures("new_window")
-def test_no_place_for_a_new_project_is_said_and_the_open_one_stays(window, monkeypatch, tmp_path):
+def test_failure_to_create_a_project_is_reported_and_the_open_one_stays(
+    window, monkeypatch, tmp_path
+):
     (tmp_path / "taken").write_text("a file")
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "taken"))
     # Nor is there room among the temporary files.
@@ -598,7 +592,7 @@ def test_no_place_for_a_new_project_is_said_and_the_open_one_stays(window, monke
 
 
 @pytest.mark.full
-def test_panels_come_back_where_they_were_and_as_large(own_folders, qtbot):
+def test_panels_keep_position_and_size_after_restart(own_folders, qtbot):
     def places(window) -> dict[str, tuple[int, ...]]:
         driver.pause(50)
         found = {
@@ -627,7 +621,7 @@ def test_panels_come_back_where_they_were_and_as_large(own_folders, qtbot):
 
 
 @pytest.mark.full
-def test_a_frame_in_another_unit_keeps_the_model_in_sight(window, outcrop):
+def test_changing_the_frame_unit_keeps_the_model_in_view(window, outcrop):
     driver.open_outcrop(window, outcrop)
     model_id = driver.model(window).id
     window.studio.attempt(edits.declare_frame, model_id, Frame("local", None, 0.001, "y"))

@@ -71,7 +71,7 @@ def findings(window) -> str:
     return "\n".join(shown.item(i).text() for i in range(shown.count()))
 
 
-def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sample) -> None:
+def test_control_beside_photos_is_found_and_its_crs_proposed(window, sample) -> None:
     window.open_path(sample)
     looked_at(window)
     settled(window)
@@ -99,7 +99,7 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     dialog.close()
 
 
-def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> None:
+def test_too_few_marks_are_reported_before_reconstruction(window, sample) -> None:
     marks = sample.parent / "marks.csv"
     lines = marks.read_text().splitlines()
     labels = list(dict.fromkeys(line.split(",")[0] for line in lines[1:]))
@@ -131,7 +131,7 @@ def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> N
     dialog.close()
 
 
-def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample) -> None:
+def test_invalid_crs_is_reported_and_thread_count_changes_memory_estimate(window, sample) -> None:
     window.open_path(sample)
     looked_at(window)
     dialog = open_dialog(window)
@@ -156,7 +156,7 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     dialog.close()
 
 
-def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
+def test_model_is_registered_by_micmac_control_and_reopened_from_its_folder(
     window,
     photos,
     tmp_path,
@@ -259,7 +259,7 @@ def test_the_proposed_region_is_a_box_in_the_outcrop(window, sample, outcrop) ->
     dialog.close()
 
 
-def test_marks_that_are_written_later_are_taken_up(window, sample) -> None:
+def test_marks_written_later_are_picked_up(window, sample) -> None:
     marks = (sample.parent / "marks.csv").rename(sample.parent / "later.csv")
     window.open_path(sample)
     looked_at(window)
@@ -286,7 +286,7 @@ def test_another_folder_of_the_same_name_gets_a_model_of_its_own(window, sample,
 
 
 @pytest.mark.usefixtures("new_window")
-def test_a_reconstruction_without_a_name_is_asked_about_and_kept(window) -> None:
+def test_untitled_reconstruction_prompts_on_closing_and_is_kept(window) -> None:
     folder = window.studio.project.folder
     stage = folder / "reconstruction" / "cliff-medium" / "work" / "alignment-1a2b"
     stage.mkdir(parents=True)
@@ -297,7 +297,7 @@ def test_a_reconstruction_without_a_name_is_asked_about_and_kept(window) -> None
     assert stage.is_dir()
 
 
-def test_the_settings_follow_what_is_chosen_beside_them(window, sample) -> None:
+def test_settings_follow_the_dialog_controls(window, sample) -> None:
     window.open_path(sample)
     looked_at(window)
     settled(window)

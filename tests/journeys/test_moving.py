@@ -98,7 +98,7 @@ def test_the_wheel_and_the_view_keys_move_the_view_and_nothing_else(picking):
 
 
 @pytest.mark.slow
-def test_the_open_trace_waits_while_another_tool_is_used(picking, picks):
+def test_open_trace_is_kept_while_another_tool_is_used(picking, picks):
     before = on_screen(picking.studio)
     key(picking, Qt.Key.Key_N)
     click(picking.viewport, free_place(picking))
@@ -108,7 +108,7 @@ def test_the_open_trace_waits_while_another_tool_is_used(picking, picks):
     assert len(picking.studio.get_tool(TraceTool).vertices) == 6
 
 
-def test_a_plane_is_selected_by_a_click_on_its_line_and_let_go_beside_it(picking, picks):
+def test_clicking_a_plane_line_selects_it_and_clicking_beside_it_deselects(picking, picks):
     key(picking, Qt.Key.Key_Escape)
     key(picking, Qt.Key.Key_N)
     (trace,) = traces(picking)
@@ -135,7 +135,7 @@ def test_a_click_with_ctrl_or_shift_adds_to_the_selection(picking, modifier):
         assert picking.studio.selection.ids == expected
 
 
-def test_a_double_click_without_a_trace_sets_the_pivot_and_begins_nothing(picking):
+def test_double_click_without_open_trace_sets_pivot_and_starts_nothing(picking):
     key(picking, Qt.Key.Key_Escape)
     key(picking, Qt.Key.Key_N)
     at = free_place(picking)

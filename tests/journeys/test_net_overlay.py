@@ -59,7 +59,7 @@ def drag_net(window, offset: QPoint) -> None:
 
 
 @pytest.mark.parametrize(("width", "height"), SIZES)
-def test_no_label_lies_below_the_net_wherever_that_is(interpreted, picks, width, height) -> None:
+def test_labels_are_never_placed_under_the_net(interpreted, picks, width, height) -> None:
     window = interpreted
     window.resize(width, height)
     driver.pause(100)
@@ -75,7 +75,7 @@ def test_no_label_lies_below_the_net_wherever_that_is(interpreted, picks, width,
     assert any(box.intersects(before) for box in shown.values()) or len(shown) == len(picks)
 
 
-def test_a_key_labels_all_features_the_selected_or_none(interpreted, picks) -> None:
+def test_label_key_cycles_through_all_selected_and_none(interpreted, picks) -> None:
     window = interpreted
     face(window, picks)
     window.studio.selection.set(["B04"])
@@ -91,7 +91,7 @@ def test_a_key_labels_all_features_the_selected_or_none(interpreted, picks) -> N
 
 @pytest.mark.full
 @pytest.mark.parametrize(("width", "height"), SIZES)
-def test_the_buttons_of_the_net_leave_it_whole(interpreted, width, height) -> None:
+def test_net_buttons_do_not_shrink_the_net(interpreted, width, height) -> None:
     """They come under the cursor, below the net, and each can be read."""
     window = interpreted
     window.resize(width, height)
@@ -111,7 +111,7 @@ def test_the_buttons_of_the_net_leave_it_whole(interpreted, width, height) -> No
 
 @pytest.mark.full
 @pytest.mark.parametrize("screen", SCREENS, indirect=True)
-def test_the_outcrop_beside_the_round_net_can_be_clicked(screen, interpreted) -> None:
+def test_outcrop_beside_round_net_is_clickable(screen, interpreted) -> None:
     window = interpreted
     overlay, net = window.net_overlay, window.net
     wait(lambda: net.is_up_to_date and net.artists is not None, "the net")

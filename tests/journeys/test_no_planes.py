@@ -54,7 +54,7 @@ def type_in(field, text: str) -> None:
 
 
 @pytest.mark.full
-def test_each_click_is_a_station_and_numbers_go_on(opened):
+def test_each_click_adds_a_station_and_numbers_continue(opened):
     window, studio = opened, opened.studio
     key(window, Qt.Key.Key_D)
     panel = driver.tool_panel(window, StationPanel)
@@ -97,7 +97,7 @@ def test_each_click_is_a_station_and_numbers_go_on(opened):
 
 
 @pytest.mark.full
-def test_a_contact_is_drawn_and_has_no_plane(opened, picks):
+def test_contact_line_has_length_but_no_plane(opened, picks):
     window, studio = opened, opened.studio
     key(window, Qt.Key.Key_E)
     assert not driver.tool_panel(window, ContactPanel).visibleRegion().isEmpty()
@@ -139,7 +139,7 @@ def test_a_contact_line_follows_the_contact(opened, picks):
 @pytest.mark.full
 # Its clicks count to the pixel: in a window whose panels were reset the left ones are 3 wider.
 @pytest.mark.usefixtures("new_window")
-def test_the_area_on_a_large_model_is_worked_out_beside_the_window(opened, monkeypatch):
+def test_rock_area_on_large_model_is_computed_in_background(opened, monkeypatch):
     """The newest outline counts; what is finished before its area has come waits for it."""
     window, studio = opened, opened.studio
     monkeypatch.setattr(lithology, "MAX_SYNCHRONOUS_FACES", -1)
@@ -219,7 +219,7 @@ def test_a_rock_area_is_measured_on_the_surface(opened):
 
 
 @pytest.mark.full
-def test_what_was_exported_is_imported_from_the_menu_as_one_step(opened, tmp_path):
+def test_exported_features_are_imported_from_menu_in_one_step(opened, tmp_path):
     from vomstudio.project.exports.export import export_records
     from vomstudio.ui.commands.feature_import import FeatureListImport
 

@@ -71,7 +71,9 @@ def shown(notices: list[Notice]) -> set[str]:
 
 
 @pytest.mark.parametrize("frame", FRAMES)
-def test_opening_a_model(window, notices, tmp_path: Path, frame: str) -> None:
+def test_opening_model_in_unusual_frame_shows_expected_messages(
+    window, notices, tmp_path: Path, frame: str
+) -> None:
     change, crs, _ = FRAMES[frame]
     path = write_model(tmp_path / "given", change(bed()), crs)
     studio = window.studio
@@ -87,7 +89,9 @@ def test_opening_a_model(window, notices, tmp_path: Path, frame: str) -> None:
 
 
 @pytest.mark.parametrize("frame", FRAMES)
-def test_a_table_of_three_points(window, notices, tmp_path: Path, monkeypatch, frame: str) -> None:
+def test_three_point_table_in_unusual_frame_shows_expected_messages(
+    window, notices, tmp_path: Path, monkeypatch, frame: str
+) -> None:
     change, crs, _ = FRAMES[frame]
     path = write_points(tmp_path / "given", change(bed()), crs)
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(path), ""))
@@ -100,7 +104,9 @@ def test_a_table_of_three_points(window, notices, tmp_path: Path, monkeypatch, f
 
 @pytest.mark.parametrize("frame", FRAMES)
 @pytest.mark.usefixtures("on_good_model")
-def test_points_of_control(window, notices, tmp_path: Path, frame: str) -> None:
+def test_control_points_in_unusual_frame_show_expected_messages(
+    window, notices, tmp_path: Path, frame: str
+) -> None:
     change, crs, _ = FRAMES[frame]
     path = write_control(tmp_path / "given", change(bed()), crs)
     window.actions_table.run("register_model")
@@ -113,7 +119,9 @@ def test_points_of_control(window, notices, tmp_path: Path, frame: str) -> None:
 
 @pytest.mark.parametrize("frame", FRAMES)
 @pytest.mark.usefixtures("on_good_model")
-def test_readings_of_a_field_book(window, notices, tmp_path: Path, frame: str) -> None:
+def test_field_readings_in_unusual_frame_show_expected_messages(
+    window, notices, tmp_path: Path, frame: str
+) -> None:
     change, crs, _ = FRAMES[frame]
     path = write_oriented(tmp_path / "given", change(bed()), crs)
     import_readings(window, window.studio, path)

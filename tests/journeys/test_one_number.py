@@ -118,7 +118,7 @@ def test_no_two_panels_show_the_same_figure(interpreted, feature) -> None:
 
 
 @pytest.mark.full
-def test_unfolded_details_and_all_columns_would_repeat_figures(interpreted) -> None:
+def test_expanded_details_and_all_columns_repeat_figures(interpreted) -> None:
     """The test above finds figures that are shown twice."""
     interpreted.studio.selection.set(["B04"])
     interpreted.studio.settings.hidden_columns = []

@@ -21,13 +21,13 @@ def stored(window, tmp_path, monkeypatch):
     return save_beds(window.studio, tmp_path / "many.vom", COUNT)
 
 
-def test_features_are_drawn_soon(window, stored):
+def test_features_are_drawn_after_opening(window, stored):
     window.open_path(stored)
     assert not window.viewport.features.drawings
     wait(lambda: len(window.viewport.features.drawings) == COUNT, "all features")
 
 
-def test_what_happens_meanwhile_holds_for_all(window, stored):
+def test_edits_while_features_are_being_drawn_apply_to_all(window, stored):
     studio, drawn = window.studio, window.viewport.features
     window.open_path(stored)
     first, *_, last = studio.session.features()
@@ -42,7 +42,7 @@ def test_what_happens_meanwhile_holds_for_all(window, stored):
     assert first.id not in drawn.drawings
 
 
-def test_nothing_of_it_comes_into_the_next_project(window, stored):
+def test_pending_features_are_not_drawn_in_next_project(window, stored):
     window.open_path(stored)
     studio = window.studio
     studio.workspace.projects.new()

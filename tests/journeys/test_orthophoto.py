@@ -21,7 +21,7 @@ def dialog_of(window) -> OrthoDialog:
 
 
 @pytest.mark.parametrize("part", ["whole", pytest.param("seen", marks=pytest.mark.full)])
-def test_an_orthophoto_of_what_is_looked_at(window, outcrop, tmp_path, part) -> None:
+def test_orthophoto_is_made_along_current_view_direction(window, outcrop, tmp_path, part) -> None:
     model_id = driver.open_outcrop(window, outcrop)
     window.view.look_along(300.0, 20.0)
     driver.wait(lambda: window.viewport.is_still, "the camera's rest")
@@ -61,7 +61,7 @@ def test_an_orthophoto_of_what_is_looked_at(window, outcrop, tmp_path, part) -> 
 
 
 @pytest.mark.full
-def test_an_unwritable_target_is_said(window, outcrop, tmp_path) -> None:
+def test_unwritable_orthophoto_target_is_reported(window, outcrop, tmp_path) -> None:
     driver.open_outcrop(window, outcrop)
     window.actions_table.all["orthophoto"].trigger()
     driver.wait(lambda: dialog_of(window) is not None, "the dialog")

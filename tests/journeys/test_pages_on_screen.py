@@ -23,7 +23,7 @@ pytestmark = pytest.mark.full
         pytest.param(1600, 1000, 1.0, "light", marks=pytest.mark.slow),
     ],
 )
-def test_texts_are_whole_and_readable(
+def test_page_texts_are_complete_and_readable(
     qapp,
     own_folders: Path,
     tmp_path: Path,

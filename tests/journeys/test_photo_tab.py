@@ -128,7 +128,7 @@ def tabs(window) -> QTabBar:
 
 
 # --- the middle ------------------------------------------------------------------------------
-def test_a_photo_of_the_tree_takes_the_middle_and_gives_it_back(both):
+def test_photo_from_tree_replaces_outcrop_in_center_until_closed(both):
     window = both
     camera = window.viewport.moves.camera_state()
     assert not tabs(window).isVisible()
@@ -172,7 +172,7 @@ def test_a_photo_of_the_tree_takes_the_middle_and_gives_it_back(both):
     assert window.workspaces.current_workspace.name == "interpret"
 
 
-def test_keys_act_on_the_photo_that_is_seen_and_not_on_the_outcrop_behind_it(both, picks):
+def test_keys_act_on_visible_photo_and_not_on_outcrop_behind_it(both, picks):
     window, studio = both, both.studio
     driver.look_at(window, picks["B04"], 10.0, 12.0)
     key(window, Qt.Key.Key_T)
@@ -258,7 +258,7 @@ def test_the_photo_stays_in_front_in_every_workspace(both):
     assert window.workspaces.current_workspace.name == "interpret"
 
 
-def test_a_photo_has_room_in_any_window_without_a_model(window, photos):
+def test_photo_fits_any_window_size_without_a_model(window, photos):
     window.resize(960, 540)
     read(window, photos)
     for size in ((960, 540), (1280, 688), (1920, 1046)):
@@ -292,7 +292,7 @@ def drawn_in(window, tool: Qt.Key):
 
 
 @pytest.mark.usefixtures("new_window")
-def test_a_photo_goes_out_into_its_own_window_and_back(both):
+def test_photo_tab_can_be_detached_to_window_and_docked_again(both):
     window = both
     page = drawn_in(window, Qt.Key.Key_M)
     page.actions_table.run("own_window")
@@ -321,7 +321,7 @@ def test_a_photo_goes_out_into_its_own_window_and_back(both):
     driver.close(window)
 
 
-def test_a_photo_whose_masks_are_being_drawn_comes_forward_and_stays(both):
+def test_photo_with_masks_being_drawn_comes_to_front_and_stays_open(both):
     window = both
     page = drawn_in(window, Qt.Key.Key_B)
     page.actions_table.run("repeat_mask")
@@ -337,7 +337,7 @@ def test_a_photo_whose_masks_are_being_drawn_comes_forward_and_stays(both):
     assert window.photo_opening.page is None
 
 
-def test_another_project_closes_the_photo(both, tmp_path):
+def test_opening_another_project_closes_the_photo(both, tmp_path):
     window = both
     open_from_tree(window, NAMES[0])
     window.studio.save_as(tmp_path / "kept.vom")
@@ -370,7 +370,7 @@ def test_a_mask_just_drawn_is_written_before_another_project_is_opened(window, p
 
 
 # --- the tree --------------------------------------------------------------------------------
-def test_the_tree_says_what_was_drawn_in_a_photo_and_follows_undo(both):
+def test_tree_shows_marks_and_mask_of_a_photo_and_follows_undo(both):
     window = both
     page = open_from_tree(window, NAMES[0])
     press(Qt.Key.Key_M)
@@ -384,7 +384,7 @@ def test_the_tree_says_what_was_drawn_in_a_photo_and_follows_undo(both):
     assert row.text(ORIENTATION) == ""
 
 
-def test_enter_opens_a_photo_of_the_tree_and_selecting_one_shows_it_in_the_panel(both):
+def test_enter_opens_a_tree_photo_and_selecting_one_shows_it_in_panel(both):
     window = both
     tree = window.tree.tree
     item = branch(window, "the face")
@@ -399,7 +399,7 @@ def test_enter_opens_a_photo_of_the_tree_and_selecting_one_shows_it_in_the_panel
     opened(window, NAMES[3])
 
 
-def test_two_sets_stand_in_the_tree_and_a_photo_of_either_can_be_opened(both, tmp_path):
+def test_tree_lists_two_photo_sets_and_opens_photos_of_either(both, tmp_path):
     window = both
     other = copy_photos(tmp_path / "another wall", NAMES[:2])
     read(window, other)
@@ -426,7 +426,7 @@ def test_two_sets_stand_in_the_tree_and_a_photo_of_either_can_be_opened(both, tm
     assert page.isVisible(), "what was open stays"
 
 
-def test_thousands_of_photos_are_unfolded_without_a_pause(both, tmp_path):
+def test_expanding_thousands_of_photos_does_not_block_the_window(both, tmp_path):
     window = both
     many = tmp_path / "many"
     many.mkdir()
@@ -447,7 +447,7 @@ def test_thousands_of_photos_are_unfolded_without_a_pause(both, tmp_path):
 
 
 # --- the place of a model --------------------------------------------------------------------
-def test_the_place_is_asked_before_a_model_is_made_in_a_project_without_a_name(
+def test_untitled_project_asks_for_a_folder_before_making_a_model(
     window, photos, tmp_path, monkeypatch
 ):
     window.resize(1400, 900)
@@ -494,7 +494,7 @@ def test_the_place_is_asked_before_a_model_is_made_in_a_project_without_a_name(
     shutil.rmtree(place / "reconstruction", ignore_errors=True)
 
 
-def test_a_place_that_cannot_be_written_starts_nothing(window, photos, tmp_path, monkeypatch):
+def test_unusable_project_folder_starts_no_reconstruction(window, photos, tmp_path, monkeypatch):
     read(window, photos)
     full = tmp_path / "full.vom"
     full.mkdir()

@@ -97,7 +97,7 @@ def mask_of(photos: Path, name: str) -> np.ndarray:
 
 
 @pytest.mark.full
-def test_a_mask_is_drawn_erased_repeated_and_taken_back(looked_at, photos):
+def test_mask_is_drawn_erased_repeated_and_undone(looked_at, photos):
     photo = open_by_double_click(looked_at, 0)
     row = looked_at.survey.rows[0]
     assert photo.photo == NAMES[0]
@@ -149,7 +149,7 @@ def test_a_mask_is_drawn_erased_repeated_and_taken_back(looked_at, photos):
 
 
 @pytest.mark.full
-def test_a_mask_of_the_user_is_shown_and_put_aside_before_it_is_changed(looked_at, photos):
+def test_user_mask_is_shown_and_backed_up_before_it_is_changed(looked_at, photos):
     row = looked_at.survey.rows[1]
     own = np.full((row.height, row.width), 255, np.uint8)
     own[:200] = 0
@@ -176,7 +176,7 @@ def test_a_mask_of_the_user_is_shown_and_put_aside_before_it_is_changed(looked_a
 
 
 @pytest.mark.full
-def test_what_cannot_be_written_beside_the_photos_is_kept_in_the_project(
+def test_mask_that_cannot_be_written_beside_photos_is_kept_in_project(
     looked_at, photos, monkeypatch
 ):
     from vomstudio.core.errors import TargetError
@@ -208,7 +208,7 @@ def test_what_cannot_be_written_beside_the_photos_is_kept_in_the_project(
 
 
 @pytest.mark.full
-def test_a_mask_that_cannot_be_written_waits_in_memory_with_its_step(looked_at, monkeypatch):
+def test_mask_that_cannot_be_stored_stays_in_memory_with_its_step(looked_at, monkeypatch):
     from vomstudio.core.errors import TargetError
     from vomstudio.project import assets
 
@@ -233,7 +233,7 @@ def test_a_mask_that_cannot_be_written_waits_in_memory_with_its_step(looked_at, 
 
 
 @pytest.mark.full
-def test_parts_are_joined_by_points_and_a_polygon_is_closed_by_a_double_click(looked_at, photos):
+def test_markers_join_components_and_double_click_closes_a_polygon(looked_at, photos):
     """Two photos that nothing joins to the others are a part of their own."""
     window = looked_at
     aligned(window, [v for v in TRUE.views if v.name in NAMES[:2]])
@@ -346,7 +346,7 @@ def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
 
 
 @pytest.mark.full
-def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, photos, monkeypatch):
+def test_control_points_are_imported_and_missing_marks_are_reported(looked_at, photos, monkeypatch):
     from PySide6.QtWidgets import QFileDialog
 
     window = looked_at
@@ -396,7 +396,7 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
 
 
 @pytest.mark.full
-def test_a_stroke_ends_where_a_step_is_taken_back_while_it_is_painted(looked_at, photos):
+def test_undo_while_painting_ends_the_stroke(looked_at, photos):
     photo = open_by_double_click(looked_at, 0)
     press(photo, Qt.Key.Key_B)
     click(photo.canvas, on(photo, 300, 300))
@@ -420,7 +420,7 @@ def test_a_stroke_ends_where_a_step_is_taken_back_while_it_is_painted(looked_at,
 
 
 @pytest.mark.full
-def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(looked_at, photos):
+def test_undo_and_close_are_blocked_while_masks_are_drawn_in_many_photos(looked_at, photos):
     photo = open_by_double_click(looked_at, 0)
     press(photo, Qt.Key.Key_B)
     click(photo.canvas, on(photo, 300, 300))
@@ -480,7 +480,7 @@ def test_an_older_copy_of_a_mask_never_replaces_the_newest(looked_at, photos, mo
 
 
 @pytest.mark.full
-def test_the_whole_picture_leaves_the_view_and_a_closed_window_is_let_go(looked_at, photos):
+def test_full_picture_keeps_the_view_and_closed_window_is_freed(looked_at, photos):
     import gc
     import weakref
 

@@ -30,7 +30,7 @@ def press(window, action: str) -> None:
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
 
 
-def test_dropped_photos_are_judged_and_shown(window, photos) -> None:
+def test_dropped_photos_are_checked_and_listed(window, photos) -> None:
     (photos / "notes.txt").write_text("weather: fine")
     (photos / "broken.jpg").write_bytes((photos / "IMGP4167.JPG").read_bytes()[:5000])
     assert window.survey.reconstruction_problem() == Finding("action.no-photos")
@@ -52,7 +52,9 @@ def test_dropped_photos_are_judged_and_shown(window, photos) -> None:
 
 
 @pytest.mark.full
-def test_points_and_masks_that_come_with_the_photos_are_nobody_elses(window, tmp_path) -> None:
+def test_points_and_masks_delivered_with_photos_are_not_reported_as_foreign(
+    window, tmp_path
+) -> None:
     """The first thing that is said of them was that another program had changed them."""
     folder = tmp_path / "photos"
     shutil.copytree(Path(__file__).parents[1] / "specimens" / "photos", folder)
@@ -66,7 +68,7 @@ def test_points_and_masks_that_come_with_the_photos_are_nobody_elses(window, tmp
 
 
 @pytest.mark.full
-def test_a_folder_without_photos_says_so_and_the_window_lives(window, tmp_path) -> None:
+def test_folder_without_photos_is_reported_and_window_stays_open(window, tmp_path) -> None:
     (tmp_path / "empty").mkdir()
     driver.drop(window, [tmp_path / "empty"])
     driver.wait(lambda: window.survey.problem, "the reason")
@@ -75,7 +77,7 @@ def test_a_folder_without_photos_says_so_and_the_window_lives(window, tmp_path) 
 
 
 @pytest.mark.full
-def test_a_model_is_made_paused_and_continued(window, photos, tmp_path, monkeypatch) -> None:
+def test_reconstruction_is_paused_and_continued(window, photos, tmp_path, monkeypatch) -> None:
     place = tmp_path / "wall.vom"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(place), ""))
     driver.drop(window, [photos])
@@ -127,9 +129,7 @@ def test_a_model_is_made_paused_and_continued(window, photos, tmp_path, monkeypa
 
 
 @pytest.mark.full
-def test_a_run_that_failed_says_so_with_the_reason_and_is_not_called_paused(
-    window, tmp_path
-) -> None:
+def test_failed_run_reports_its_reason_and_is_not_called_paused(window, tmp_path) -> None:
     """Photos of nothing: they can be read, and no two of them show the same."""
     import numpy as np
     from PIL import Image

@@ -64,7 +64,9 @@ def three(window, outcrop, picks):
     return panel
 
 
-def test_a_round_of_blind_repeats(window, three, picks, capfd) -> None:
+def test_blind_repeats_are_picked_and_linked_to_their_originals(
+    window, three, picks, capfd
+) -> None:
     panel, studio = three, window.studio
     points = dict(zip([t.id for t in driver.traces(window)], list(picks.values()), strict=False))
     names = {t.id: t.name for t in driver.traces(window)}

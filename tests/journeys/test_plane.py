@@ -63,7 +63,9 @@ def still(window) -> None:
 
 
 @pytest.mark.full
-def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcrop, picks, tmp_path):
+def test_plane_is_painted_edited_and_restored_after_reopening(
+    own_folders, qtbot, outcrop, picks, tmp_path
+):
     window = driver.make_window()
     studio, viewport, tool = window.studio, window.viewport, window.studio.get_tool(PlaneTool)
     at = ready(window, outcrop, picks)
@@ -201,7 +203,7 @@ def test_ten_planes_take_twenty_actions(window, screen, outcrop, picks):
     assert not tool.is_open
 
 
-def test_the_preview_follows_the_type_at_once(window, outcrop, picks):
+def test_preview_takes_the_colour_of_a_new_type_immediately(window, outcrop, picks):
     at, viewport, studio = ready(window, outcrop, picks), window.viewport, window.studio
     click(viewport, at)
     wait(lambda: studio.get_tool(PlaneTool).count, "the plane")
@@ -216,7 +218,7 @@ def test_the_preview_follows_the_type_at_once(window, outcrop, picks):
     assert patches(window)[0].type_id == "joint"
 
 
-def test_a_quick_drag_leaves_no_gaps(window, outcrop, picks):
+def test_quick_drag_paints_without_gaps(window, outcrop, picks):
     """One jump of the cursor across the view paints all that lies between."""
     at = ready(window, outcrop, picks)
     tool = window.studio.get_tool(PlaneTool)
@@ -241,7 +243,7 @@ def test_a_quick_drag_leaves_no_gaps(window, outcrop, picks):
 
 
 @pytest.mark.full
-def test_two_quick_clicks_are_two_clicks(window, outcrop, picks):
+def test_two_quick_clicks_are_not_a_double_click(window, outcrop, picks):
     at = ready(window, outcrop, picks)
     tool = window.studio.get_tool(PlaneTool)
     tool.set_tolerance(angle_deg=8.0, distance=0.02)

@@ -47,7 +47,7 @@ def planner(window):
 
 
 @pytest.mark.full
-def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_path) -> None:
+def test_survey_is_planned_from_typed_values(planner, window, tmp_path) -> None:
     assert shown_codes(planner.problem.text()) == {"plan.no-camera"}
     assert not planner.save_button.isEnabled()
     # 36 mm of sensor, 6000 pixels and 30 mm of lens at 25 m: 36/30 * 25 / 6000 = 5 mm.
@@ -106,7 +106,7 @@ def test_the_target_may_be_a_gsd_or_a_plane(planner) -> None:
 
 
 @pytest.mark.full
-def test_what_cannot_be_planned_is_said_and_mended(planner) -> None:
+def test_invalid_plan_input_is_reported_and_can_be_corrected(planner) -> None:
     retype(planner.camera, "no such camera")
     settled(planner)
     assert "plan.unknown-camera" in shown_codes(planner.problem.text())
@@ -131,7 +131,9 @@ def test_what_cannot_be_planned_is_said_and_mended(planner) -> None:
 
 
 @pytest.mark.full
-def test_the_camera_is_read_from_a_photo_and_all_is_there_again(window, planner, data_dir) -> None:
+def test_camera_is_read_from_a_photo_and_plan_is_restored_on_reopening(
+    window, planner, data_dir
+) -> None:
     photo = min((data_dir / "brighton_beach" / "images").glob("*.*"))
     retype(planner.camera, str(photo))
     for _ in range(2):
@@ -191,7 +193,7 @@ def test_the_palette_finds_the_planner(window) -> None:
 
 
 @pytest.mark.full
-def test_a_drone_is_chosen_from_the_list_and_the_method_follows(planner) -> None:
+def test_choosing_a_drone_switches_the_survey_method(planner) -> None:
     retype(planner.camera, "")
     QTest.keyClicks(planner.camera, "dji mini")
     assert planner.camera.popup.isVisible()
@@ -207,7 +209,7 @@ def test_a_drone_is_chosen_from_the_list_and_the_method_follows(planner) -> None
 
 
 @pytest.mark.full
-def test_a_sheet_is_replaced_only_when_that_was_asked(planner, tmp_path, monkeypatch) -> None:
+def test_existing_sheet_is_replaced_only_after_confirmation(planner, tmp_path, monkeypatch) -> None:
     retype(planner.camera, "36x24,30,6000x4000")
     settled(planner)
     there = tmp_path / "sheet.html"
@@ -234,7 +236,7 @@ def test_a_sheet_is_replaced_only_when_that_was_asked(planner, tmp_path, monkeyp
 
 
 @pytest.mark.full
-def test_an_empty_plan_says_what_draws_it(planner) -> None:
+def test_empty_plan_shows_a_hint_and_disables_its_buttons(planner) -> None:
     retype(planner.camera, "")
     settled(planner)
     assert planner.plan is None

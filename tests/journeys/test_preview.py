@@ -39,7 +39,7 @@ def previews(window) -> list[str]:
     return [i for i in window.viewport.scene.models if i.startswith(PREVIEW)]
 
 
-def test_points_of_a_cloud_stand_for_it_until_it_is_there(window, cloud):
+def test_cloud_preview_is_shown_until_the_cloud_is_loaded(window, cloud):
     told = []
     window.studio.loader.previewed.connect(lambda key, data: told.append(data))
     stages = []
@@ -59,7 +59,7 @@ def test_points_of_a_cloud_stand_for_it_until_it_is_there(window, cloud):
     )
 
 
-def test_a_preview_is_never_picked_and_goes_with_a_job_that_is_stopped(window, cloud):
+def test_preview_is_never_picked_and_is_removed_with_a_stopped_job(window, cloud):
     viewport = window.viewport
     window.studio.loader.previewed.connect(lambda *_: window.studio.loader.forget_all())
     window.open_path(cloud)
@@ -73,7 +73,7 @@ def test_a_preview_is_never_picked_and_goes_with_a_job_that_is_stopped(window, c
     assert viewport.pick(viewport.width() / 2, viewport.height() / 2) is None
 
 
-def test_a_file_that_is_no_cloud_leaves_no_preview(window, tmp_path, monkeypatch):
+def test_invalid_cloud_file_leaves_no_preview(window, tmp_path, monkeypatch):
     monkeypatch.setattr(model_loading, "PREVIEW_BYTES", 0)
     path = tmp_path / "broken.laz"
     path.write_bytes(b"LASF" + bytes(400))

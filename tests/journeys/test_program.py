@@ -54,7 +54,7 @@ def until_there(process: subprocess.Popen[str], seconds: float = 30.0) -> None:
     [pytest.param((), marks=pytest.mark.slow), (str(resource("outcrop", "outcrop.obj")),)],
     ids=["empty", "with a model"],
 )
-def test_ctrl_c_closes_the_window_without_a_trace(own_folders, qapp, words):
+def test_ctrl_c_closes_the_window_cleanly(own_folders, qapp, words):
     with start(*words) as process:
         until_there(process)
         time.sleep(1.0)
@@ -71,7 +71,7 @@ def test_ctrl_c_closes_the_window_without_a_trace(own_folders, qapp, words):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="there is no libc to take abort from")
-def test_the_window_does_not_wait_for_python_to_end_itself(own_folders, qapp):
+def test_window_exits_without_python_finalization(own_folders, qapp):
     """It would end with SIGSEGV or SIGABRT whenever a thread is inside of a library then."""
     with start(program=("-c", NEVER_ENDED)) as process:
         until_there(process)
@@ -83,7 +83,7 @@ def test_the_window_does_not_wait_for_python_to_end_itself(own_folders, qapp):
 
 
 @pytest.mark.slow
-def test_a_path_that_is_not_there_is_said_in_the_window_and_the_window_lives(own_folders, qapp):
+def test_missing_path_is_reported_and_window_stays_open(own_folders, qapp):
     with start("/nowhere/cliff.obj") as process:
         until_there(process)
         time.sleep(0.5)
@@ -93,7 +93,7 @@ def test_a_path_that_is_not_there_is_said_in_the_window_and_the_window_lives(own
 
 
 @pytest.mark.full
-def test_photos_of_the_command_line_take_the_centre(own_folders, tmp_path, qtbot) -> None:
+def test_photos_on_the_command_line_open_in_the_center(own_folders, tmp_path, qtbot) -> None:
     (tmp_path / "photos").mkdir()
     window = driver.make_window([tmp_path / "photos"])
     driver.pause(300)

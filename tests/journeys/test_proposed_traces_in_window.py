@@ -66,7 +66,7 @@ def choose(panel, *rows: int) -> None:
 
 
 @pytest.mark.full
-def test_lines_are_found_looked_at_accepted_and_taken_back(window, panel) -> None:
+def test_proposed_traces_are_reviewed_accepted_and_undone(window, panel) -> None:
     studio = window.studio
     before = dict(studio.records)
     look(window, panel)
@@ -111,7 +111,7 @@ def test_lines_are_found_looked_at_accepted_and_taken_back(window, panel) -> Non
 
 
 @pytest.mark.full
-def test_what_was_rejected_is_not_proposed_again_nor_what_is_a_trace(window, panel) -> None:
+def test_rejected_lines_and_existing_traces_are_not_proposed_again(window, panel) -> None:
     look(window, panel)
     lines = panel._traces.proposals.lines
     first, second = lines[0].points, lines[1].points
@@ -147,7 +147,7 @@ def test_what_was_rejected_is_not_proposed_again_nor_what_is_a_trace(window, pan
 
 
 @pytest.mark.full
-def test_a_line_is_edited_in_the_trace_tool(window, panel) -> None:
+def test_proposed_line_is_edited_with_the_trace_tool(window, panel) -> None:
     studio = window.studio
     look(window, panel)
     wanted, left = panel._traces.proposals.lines[0].points, len(panel._traces.open_rows)
@@ -178,7 +178,7 @@ def test_a_line_is_edited_in_the_trace_tool(window, panel) -> None:
 
 
 @pytest.mark.full
-def test_a_click_on_the_outcrop_chooses_the_line_there(window, panel) -> None:
+def test_clicking_a_line_on_the_outcrop_selects_its_row(window, panel) -> None:
     look(window, panel)
     line = panel._traces.proposals.lines[0].points
     driver.click(window.viewport, driver.pixel(window, line[len(line) // 2]))
@@ -186,7 +186,7 @@ def test_a_click_on_the_outcrop_chooses_the_line_there(window, panel) -> None:
 
 
 @pytest.mark.full
-def test_stopped_in_the_middle_nothing_is_changed(window, panel) -> None:
+def test_stopped_search_changes_nothing(window, panel) -> None:
     before, start = dict(window.studio.records), panel.start.text()
     driver.click(panel.start, panel.start.rect().center())
     driver.click(panel.start, panel.start.rect().center())
@@ -198,7 +198,7 @@ def test_stopped_in_the_middle_nothing_is_changed(window, panel) -> None:
 
 
 @pytest.mark.full
-def test_nothing_found_is_said(window, panel) -> None:
+def test_search_without_results_is_reported(window, panel) -> None:
     panel.limits.fields["min_length_m"].setValue(500.0)
     look(window, panel)
     assert panel._traces.proposals.lines == ()
@@ -208,7 +208,7 @@ def test_nothing_found_is_said(window, panel) -> None:
 
 
 @pytest.mark.full
-def test_a_network_of_the_user_finds_the_edges(window, panel, tmp_path) -> None:
+def test_user_network_detects_the_edges(window, panel, tmp_path) -> None:
     panel.cost.setCurrentIndex(panel.cost.findData("onnx"))
     assert panel.network.isVisible()
     assert not panel.start.isEnabled()

@@ -39,7 +39,7 @@ def covers_nothing(window, at: QPoint) -> None:
 @pytest.mark.usefixtures("new_window")
 @pytest.mark.parametrize("size", [(1280, 720), (1600, 1000)])
 @pytest.mark.parametrize(("letter", "kind"), [("T", TraceTool), ("L", LineTool)])
-def test_the_reading_never_lies_over_what_is_picked_nor_over_the_cursor(
+def test_live_reading_never_covers_picked_points_or_the_cursor(
     window, outcrop, picks, letter, kind, size
 ):
     window.resize(*size)
@@ -74,7 +74,7 @@ def test_the_reading_never_lies_over_what_is_picked_nor_over_the_cursor(
             covers_nothing(window, at)
 
 
-def test_a_good_plane_leaves_the_line_that_is_picked_to_be_seen(window, outcrop, picks):
+def test_fitted_plane_disc_keeps_the_picked_line_visible(window, outcrop, picks):
     """Its disc is drawn under the line and lets the rock through."""
     driver.open_outcrop(window, outcrop)
     points = picks["B07"][:: max(1, len(picks["B07"]) // 12)]
@@ -122,7 +122,7 @@ def _in_ring(pixels: np.ndarray, x: float, y: float) -> bool:
 
 @pytest.mark.usefixtures("new_window")
 @pytest.mark.parametrize("letter", ["T", "P", "L", "M"])
-def test_a_project_that_is_opened_again_looks_as_in_a_new_window(
+def test_reopened_project_looks_like_in_a_new_window(
     window, qtbot, outcrop, picks, tmp_path, letter
 ):
     """With a tool in the hand, a feature just made and the cursor on the outcrop."""

@@ -26,7 +26,7 @@ def spread(points: np.ndarray) -> np.ndarray:
     return np.array(chosen)
 
 
-def test_ten_points_from_a_table_to_a_registered_model(
+def test_ten_control_points_from_a_table_register_the_model(
     window, outcrop, picks, tmp_path, monkeypatch
 ) -> None:
     driver.open_outcrop(window, outcrop)

@@ -25,7 +25,7 @@ def view(window) -> np.ndarray:
     return np.concatenate([camera.position, camera.frame.ravel(), corners.ravel()])
 
 
-def test_a_named_view_returns_with_its_box(window, outcrop, tmp_path):
+def test_named_view_is_restored_with_its_clipping_box(window, outcrop, tmp_path):
     driver.open_outcrop(window, outcrop)
     rest(window)
     box = window.findChild(SavedViewsBox)

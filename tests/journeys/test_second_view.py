@@ -126,7 +126,7 @@ def test_a_drag_turns_both_views_only_while_they_are_linked(beside):
     np.testing.assert_allclose(second, first)
 
 
-def test_a_drag_is_drawn_once_per_step_and_an_idle_view_never(beside):
+def test_drag_is_drawn_once_per_step_and_idle_view_is_not_redrawn(beside):
     begin = beside.frames()
     beside.drag(beside.view.plotter, QPoint(120, 30))
     assert beside.frames() - begin <= STEPS + 1
@@ -180,7 +180,7 @@ def test_a_trace_is_drawn_in_the_second_view(beside, picks):
     assert np.linalg.norm(vertices - places, axis=1).max() < 0.1
 
 
-def test_the_view_follows_edits_undo_visibility_and_another_project(beside, picks):
+def test_second_view_follows_edits_undo_visibility_and_project_changes(beside, picks):
     window, studio, view = beside.window, beside.window.studio, beside.view
     names = list(picks)
     assert set(view.scene.features.drawings) == set(names[:2])
@@ -218,7 +218,7 @@ def test_the_view_follows_edits_undo_visibility_and_another_project(beside, pick
     assert not view.scene.features.drawings
 
 
-def test_two_models_stand_side_by_side_and_share_their_data(window, outcrop, beside):
+def test_models_shown_side_by_side_share_their_data(window, outcrop, beside):
     studio, view = window.studio, beside.view
     text = outcrop.read_text()
     later = Path(outcrop).with_name("later.obj")
@@ -245,7 +245,7 @@ def test_two_models_stand_side_by_side_and_share_their_data(window, outcrop, bes
     wait(lambda: later_id not in view.scene.models, "a view without it")
 
 
-def test_the_view_floats_returns_and_closes(beside):
+def test_second_view_floats_docks_and_closes(beside):
     window, view = beside.window, beside.view
     dock = window.docks["second_view"]
     dock.setFloating(True)

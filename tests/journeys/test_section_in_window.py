@@ -72,7 +72,7 @@ def settle(panel) -> None:
     wait(lambda: not panel._requests.is_waiting and not panel._timer.isActive(), "the section")
 
 
-def test_a_section_along_a_plane_is_drawn_and_its_command_says_the_same(
+def test_section_along_a_plane_matches_its_command(
     window, model_id, tmp_path, monkeypatch, capfd
 ) -> None:
     panel = section_of(window)
@@ -105,7 +105,7 @@ def test_a_section_along_a_plane_is_drawn_and_its_command_says_the_same(
 
 
 @pytest.mark.full
-def test_a_line_drawn_on_the_outcrop_is_the_line_of_the_section(
+def test_line_drawn_on_the_outcrop_defines_the_section(
     window, model_id, picks, tmp_path, monkeypatch, capfd
 ) -> None:
     panel = section_of(window)
@@ -155,7 +155,7 @@ def test_a_section_is_drawn_from_the_side_of_the_viewer(window, model_id, picks,
 
 
 @pytest.mark.full
-def test_what_cannot_be_cut_is_said(window, model_id) -> None:
+def test_impossible_section_is_reported(window, model_id) -> None:
     panel = section_of(window)
     for typed, through, code in (
         ("110/95", "", "notation.dip-out-of-range"),
@@ -177,7 +177,7 @@ def test_what_cannot_be_cut_is_said(window, model_id) -> None:
     assert said == {"limit_deg": "2", "recommended_deg": "20"}
 
 
-def test_an_elevation_model_is_made_shown_and_is_that_of_the_command(
+def test_elevation_model_is_shown_and_matches_its_command(
     window, model_id, tmp_path, capfd
 ) -> None:
     import rasterio

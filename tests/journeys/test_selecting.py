@@ -82,7 +82,7 @@ def ready(window, outcrop, picks, tool: str = "select") -> QPoint:
 
 
 @pytest.mark.full
-def test_a_lasso_makes_a_plane_that_is_one_edit(own_folders, qtbot, outcrop, picks):
+def test_lasso_plane_is_a_single_edit(own_folders, qtbot, outcrop, picks):
     window = driver.make_window()
     studio, viewport, tool = window.studio, window.viewport, window.studio.get_tool(PlaneTool)
     at = ready(window, outcrop, picks, "plane")
@@ -170,7 +170,7 @@ def wheel(window, at: QPoint, notches: int, modifier) -> None:
 
 
 @pytest.mark.full
-def test_a_piece_grows_from_a_click_and_follows_the_wheel(window, outcrop, picks):
+def test_region_grows_from_a_click_and_follows_the_wheel(window, outcrop, picks):
     viewport, tool = window.viewport, window.studio.get_tool(PlaneTool)
     at = ready(window, outcrop, picks, "plane")
     camera = viewport.moves.camera_state()
@@ -196,7 +196,7 @@ def test_a_piece_grows_from_a_click_and_follows_the_wheel(window, outcrop, picks
 
 
 @pytest.mark.full
-def test_rectangle_polygon_and_the_whole_in_steps(window, outcrop, picks):
+def test_rectangle_polygon_and_select_all_select_the_expected_faces(window, outcrop, picks):
     viewport, tool = window.viewport, window.studio.get_tool(SelectTool)
     at = ready(window, outcrop, picks)
     key(window, Qt.Key.Key_R)
@@ -229,7 +229,7 @@ def test_rectangle_polygon_and_the_whole_in_steps(window, outcrop, picks):
 
 
 @pytest.mark.full
-def test_what_is_hidden_is_chosen_only_through_the_surface(window, outcrop, picks):
+def test_hidden_faces_are_selected_only_when_selecting_through_the_surface(window, outcrop, picks):
     viewport, tool = window.viewport, window.studio.get_tool(SelectTool)
     ready(window, outcrop, picks)
     viewport.moves.look_along(0.0, 45.0)
@@ -246,7 +246,7 @@ def test_what_is_hidden_is_chosen_only_through_the_surface(window, outcrop, pick
 
 
 @pytest.mark.full
-def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks):
+def test_selected_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks):
     viewport, tool = window.viewport, window.studio.get_tool(SelectTool)
     at = ready(window, outcrop, picks)
     key(window, Qt.Key.Key_A)
@@ -285,7 +285,9 @@ def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks
 
 
 @pytest.mark.full
-def test_what_is_hidden_stays_so_in_the_project(own_folders, qtbot, outcrop, picks, tmp_path):
+def test_hidden_faces_stay_hidden_in_the_saved_project(
+    own_folders, qtbot, outcrop, picks, tmp_path
+):
     window = driver.make_window()
     at = ready(window, outcrop, picks)
     key(window, Qt.Key.Key_A)
@@ -305,7 +307,7 @@ def test_what_is_hidden_stays_so_in_the_project(own_folders, qtbot, outcrop, pic
 
 
 @pytest.mark.full
-def test_a_piece_is_cut_out_with_its_texture_and_the_original_stays(window, outcrop, picks):
+def test_piece_is_cut_out_with_its_texture_and_original_is_kept(window, outcrop, picks):
     studio, tool = window.studio, window.studio.get_tool(SelectTool)
     at = ready(window, outcrop, picks)
     before = outcrop.read_bytes()
@@ -332,7 +334,7 @@ def test_a_piece_is_cut_out_with_its_texture_and_the_original_stays(window, outc
 
 
 @pytest.mark.full
-def test_what_is_chosen_is_kept_as_a_draft(window, outcrop, picks):
+def test_selection_is_stored_as_a_draft(window, outcrop, picks):
     studio, tool = window.studio, window.studio.get_tool(SelectTool)
     at = ready(window, outcrop, picks)
     key(window, Qt.Key.Key_A)

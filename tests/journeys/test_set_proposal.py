@@ -46,7 +46,7 @@ def sets_of(window) -> dict[str, int]:
 
 
 @pytest.mark.full
-def test_sets_are_proposed_changed_accepted_and_taken_back_at_once(window, panel) -> None:
+def test_sets_are_proposed_edited_accepted_and_undone_in_one_step(window, panel) -> None:
     studio = window.studio
     driver.wait(lambda: panel.result is not None, "the proposal", 60.0)
     before = dict(studio.records)
@@ -82,7 +82,7 @@ def test_sets_are_proposed_changed_accepted_and_taken_back_at_once(window, panel
 
 
 @pytest.mark.full
-def test_rejecting_changes_nothing_and_seeds_take_the_place_of_a_number(window, panel) -> None:
+def test_rejecting_changes_nothing_and_seeds_replace_the_number_of_sets(window, panel) -> None:
     driver.wait(lambda: panel.result is not None, "the proposal", 60.0)
     before = dict(window.studio.records)
     panel.seeds.setFocus()
@@ -104,7 +104,7 @@ def test_rejecting_changes_nothing_and_seeds_take_the_place_of_a_number(window, 
 
 
 @pytest.mark.full
-def test_planes_with_a_set_keep_it_unless_asked_for(window, panel) -> None:
+def test_planes_with_a_set_keep_it_unless_requested(window, panel) -> None:
     studio = window.studio
     driver.wait(lambda: panel.result is not None, "the proposal", 60.0)
     mine = [f"r{i}" for i in range(250)]

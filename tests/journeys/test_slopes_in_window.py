@@ -95,7 +95,7 @@ def click_plane(panel, row: int) -> str:
 
 
 @pytest.mark.full
-def test_the_modes_are_those_of_mplstereonet_and_their_planes_are_selected(window, panel) -> None:
+def test_failure_modes_match_mplstereonet_and_select_their_planes(window, panel) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         import mplstereonet
@@ -136,7 +136,7 @@ def test_the_modes_are_those_of_mplstereonet_and_their_planes_are_selected(windo
 
 
 @pytest.mark.full
-def test_a_face_is_taken_from_a_plane_and_the_selection_is_not_lost_by_a_click(
+def test_slope_face_is_taken_from_a_plane_and_clicks_keep_the_analysed_planes(
     window, panel
 ) -> None:
     studio = window.studio
@@ -166,7 +166,7 @@ def test_a_face_is_taken_from_a_plane_and_the_selection_is_not_lost_by_a_click(
 
 
 @pytest.mark.full
-def test_another_notation_leaves_the_face_where_it_is(window, panel) -> None:
+def test_changing_the_notation_keeps_the_slope_face(window, panel) -> None:
     type_face(panel, "120/70")
     before = [cell(panel, row, 1) for row in range(5)]
     window.studio.settings.notation = "strike/dip"
@@ -178,7 +178,7 @@ def test_another_notation_leaves_the_face_where_it_is(window, panel) -> None:
 
 
 @pytest.mark.full
-def test_what_cannot_be_is_said_in_words(window, panel) -> None:
+def test_invalid_slope_face_is_reported(window, panel) -> None:
     for typed, said in (
         ("120/0", "horizontal"),
         ("120/95", "90"),
@@ -204,7 +204,7 @@ def test_what_cannot_be_is_said_in_words(window, panel) -> None:
 
 
 @pytest.mark.full
-def test_the_command_says_what_the_panel_says_and_the_figure_is_written(
+def test_slope_command_matches_the_panel_and_the_figure_is_written(
     window, panel, tmp_path, monkeypatch, capfd
 ) -> None:
     type_face(panel, "120/70")
@@ -238,7 +238,7 @@ def test_the_command_says_what_the_panel_says_and_the_figure_is_written(
 
 
 @pytest.mark.full
-def test_each_facet_of_the_model_is_a_slope_and_is_painted(
+def test_each_facet_is_analysed_as_a_slope_and_painted(
     window, panel, tmp_path, monkeypatch, capfd
 ) -> None:
     """Found, listed, painted in percent with a colour bar, and as a command; a rejected facet is

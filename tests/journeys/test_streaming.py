@@ -31,7 +31,7 @@ def settle(window, model_id: str) -> None:
 
 
 @pytest.mark.full
-def test_a_large_copc_file_is_streamed_and_its_points_are_those_of_the_file(window, cliff):
+def test_large_copc_file_is_streamed_with_the_points_of_the_file(window, cliff):
     studio, viewport = window.studio, window.viewport
     studio.settings.point_budget = 30_000
     problems = []
@@ -103,7 +103,7 @@ def test_a_project_with_a_streamed_model_opens_again(window, cliff, tmp_path):
 
 
 @pytest.mark.full
-def test_a_smaller_copc_file_is_read_whole(window, cliff):
+def test_small_copc_file_is_loaded_whole(window, cliff):
     window.open_path(cliff)
     wait(lambda: window.studio.models, "the model")
     (opened,) = window.studio.models.values()

@@ -106,7 +106,7 @@ def test_a_patch_shows_its_deviations_and_is_trimmed(face) -> None:
 
 
 @pytest.mark.full
-def test_the_smoothest_direction_of_a_trimmed_patch_is_that_of_its_grooves(face) -> None:
+def test_smoothest_direction_of_a_trimmed_patch_matches_its_grooves(face) -> None:
     window, studio = face, face.studio
     studio.selection.set(["p1"])
     window.actions_table.run("patch_surface")
@@ -134,7 +134,7 @@ def test_the_smoothest_direction_of_a_trimmed_patch_is_that_of_its_grooves(face)
 
 
 @pytest.mark.full
-def test_a_plane_is_carried_on_and_its_band_painted(face, tmp_path) -> None:
+def test_extended_plane_is_painted_with_its_error_band(face, tmp_path) -> None:
     window, studio = face, face.studio
     assert window.actions_table.disabled_reason("extend_plane") == Finding("selection.no-plane")
     studio.selection.set(["t1"])

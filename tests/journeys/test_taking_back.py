@@ -95,7 +95,7 @@ def takes_back(
 
 @pytest.mark.full
 @pytest.mark.parametrize("name", LETTERS)
-def test_mistakes_of_tools_that_click_points(ready, name):
+def test_undo_reverts_mistakes_of_point_tools(ready, name):
     window, studio = ready, ready.studio
     at = spots(window)
     key(window, *LETTERS[name])
@@ -135,7 +135,7 @@ RIGHT = Qt.MouseButton.RightButton
 
 
 @pytest.mark.full
-def test_mistakes_of_stations_and_known_lines(ready):
+def test_undo_reverts_mistakes_with_stations_and_known_lines(ready):
     window, studio = ready, ready.studio
     at = spots(window)
     key(window, Qt.Key.Key_D)
@@ -186,7 +186,7 @@ def moved(window, id_: str, to: QPoint) -> None:
 
 
 @pytest.mark.full
-def test_mistakes_of_choosing_on_the_surface(ready):
+def test_undo_reverts_mistakes_when_selecting_faces(ready):
     window, studio = ready, ready.studio
     at = spots(window)
     key(window, Qt.Key.Key_P)
@@ -225,7 +225,7 @@ def test_mistakes_of_choosing_on_the_surface(ready):
 
 
 @pytest.mark.full
-def test_mistakes_of_marking_cells(ready):
+def test_undo_reverts_mistakes_when_marking_cells(ready):
     window, studio = ready, ready.studio
     run = window.actions_table.run
     run("looked_at")
@@ -257,7 +257,7 @@ def lay(window, panel: CoveragePanel) -> None:
 
 
 @pytest.mark.full
-def test_mistakes_of_the_brush(ready):
+def test_undo_reverts_mistakes_with_the_brush(ready):
     window, studio = ready, ready.studio
     at = spots(window)
     key(window, Qt.Key.Key_P)
@@ -295,7 +295,7 @@ def test_mistakes_of_the_brush(ready):
 
 
 @pytest.mark.full
-def test_mistakes_while_navigating(ready):
+def test_undo_reverts_mistakes_while_navigating(ready):
     window, studio = ready, ready.studio
     at = spots(window)
     key(window, Qt.Key.Key_T)
@@ -351,7 +351,7 @@ def back_and_forth(window, count: int) -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("name", LETTERS)
-def test_an_undo_too_many_is_redone_while_points_are_picked(ready, name):
+def test_excess_undo_is_redone_while_picking_points(ready, name):
     window, studio = ready, ready.studio
     at = spots(window)
     key(window, Qt.Key.Key_T)
@@ -376,7 +376,7 @@ def test_an_undo_too_many_is_redone_while_points_are_picked(ready, name):
 
 
 @pytest.mark.full
-def test_an_undo_too_many_is_redone_while_faces_are_chosen(ready):
+def test_excess_undo_is_redone_while_selecting_faces(ready):
     window, studio = ready, ready.studio
     at = spots(window)
     key(window, Qt.Key.Key_P)

@@ -64,7 +64,9 @@ def told(capfd) -> dict:
 
 
 @pytest.mark.full
-def test_bennisons_seam_is_typed_and_added(window, tmp_path, monkeypatch, capfd) -> None:
+def test_bennison_three_point_example_is_typed_and_added(
+    window, tmp_path, monkeypatch, capfd
+) -> None:
     panel = panel_of(window)
     assert panel.result is None
     assert "three-points.too-few" in shown_codes(panel.message.text())
@@ -98,7 +100,7 @@ def test_bennisons_seam_is_typed_and_added(window, tmp_path, monkeypatch, capfd)
 
 
 @pytest.mark.full
-def test_what_is_no_plane_is_said(window, tmp_path, monkeypatch) -> None:
+def test_invalid_three_points_are_reported(window, tmp_path, monkeypatch) -> None:
     panel = panel_of(window)
     for row, words in enumerate((("0", "0", "0"), ("1", "1", "1"), ("2", "2", "2"))):
         for column, text in enumerate(words):
@@ -122,7 +124,7 @@ def test_what_is_no_plane_is_said(window, tmp_path, monkeypatch) -> None:
 
 
 @pytest.mark.full
-def test_three_clicks_on_the_outcrop_are_a_trace_with_its_plane(window, outcrop, picks) -> None:
+def test_three_clicks_on_the_outcrop_make_a_trace_with_its_plane(window, outcrop, picks) -> None:
     driver.open_outcrop(window, outcrop)
     panel = panel_of(window)
     trace = next(iter(picks.values()))

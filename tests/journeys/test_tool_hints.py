@@ -11,7 +11,7 @@ pytestmark = pytest.mark.full
 
 
 @pytest.mark.parametrize("tool", ["trace", "plane", "line", "contact", "station", "select"])
-def test_who_has_chosen_a_tool_is_not_told_to_choose_it(window, outcrop, tool) -> None:
+def test_active_tool_panel_does_not_ask_to_choose_the_tool(window, outcrop, tool) -> None:
     driver.open_outcrop(window, outcrop)
     window.actions_table.run(tool)
     driver.pause(50)

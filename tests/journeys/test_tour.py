@@ -62,7 +62,7 @@ def rest_on(widget) -> None:
     QTest.mouseMove(widget, widget.rect().center())
 
 
-def test_every_step_is_done_as_it_says_at_1280_x_720(touring, tmp_path):
+def test_every_tour_step_works_as_described_at_1280_x_720(touring, tmp_path):
     window = touring
     sample = button_of_start_page(window, "open_sample")
     QTest.mouseClick(sample, driver.LEFT, driver.NONE, sample.rect().center())
@@ -111,7 +111,7 @@ def test_every_step_is_done_as_it_says_at_1280_x_720(touring, tmp_path):
 
 
 @pytest.mark.full
-def test_it_is_offered_once_and_stays_in_the_menu(touring, qtbot):
+def test_tour_is_offered_once_and_stays_in_the_menu(touring, qtbot):
     window = touring
     tour_of(window).end()
     assert not button_of_start_page(window, "first_tour").isVisible()
@@ -121,7 +121,7 @@ def test_it_is_offered_once_and_stays_in_the_menu(touring, qtbot):
 
 
 @pytest.mark.full
-def test_esc_serves_what_is_being_picked_first_and_then_ends_the_tour(touring):
+def test_esc_discards_the_open_feature_first_and_then_ends_the_tour(touring):
     window = touring
     window.actions_table.run("open_sample")
     driver.settled(window)
@@ -144,7 +144,7 @@ def test_esc_serves_what_is_being_picked_first_and_then_ends_the_tour(touring):
 
 
 @pytest.mark.full
-def test_steps_can_be_skipped_and_done_in_any_order(touring):
+def test_all_tour_steps_can_be_skipped(touring):
     window = touring
     card = tour_of(window)._card
     for number in range(1, 10):
@@ -158,7 +158,7 @@ def test_steps_can_be_skipped_and_done_in_any_order(touring):
 
 
 @pytest.mark.full
-def test_closing_the_window_in_the_middle_of_the_tour_is_quiet(own_folders, qtbot):
+def test_closing_the_window_during_the_tour_raises_nothing(own_folders, qtbot):
     window = driver.make_window()
     window.actions_table.run("first_tour")
     driver.pause(200)
@@ -168,7 +168,7 @@ def test_closing_the_window_in_the_middle_of_the_tour_is_quiet(own_folders, qtbo
 
 @pytest.mark.full
 @pytest.mark.parametrize("size", [(960, 600), (1280, 720), (1920, 1080)])
-def test_the_card_is_whole_and_beside_its_target_wherever_that_is(size):
+def test_tour_card_is_fully_visible_beside_its_target(size):
     """Over its target only where no side has room for it."""
     rng = np.random.default_rng(3)
     window, card = QSize(*size), QSize(264, 150)

@@ -194,7 +194,7 @@ def check(window, before: dict[str, object], records: dict[str, object], label) 
 
 # The key that ends an edit deletes its editor, for which Qt then receives a second commit.
 @pytest.mark.qt_log_ignore("commitData called with an editor", extend=True)
-def test_fields_and_cells_of_every_page_refuse_nonsense_quietly(interpreted) -> None:
+def test_every_page_rejects_nonsense_input_without_changes(interpreted) -> None:
     window, studio = interpreted, interpreted.studio
     before, records, label = vertices(window), dict(studio.records), studio.undo_label
     count = cells = 0
@@ -210,7 +210,7 @@ def test_fields_and_cells_of_every_page_refuse_nonsense_quietly(interpreted) -> 
     check(window, before, records, label)
 
 
-def test_fields_of_every_tool_refuse_nonsense_quietly(interpreted) -> None:
+def test_every_tool_panel_rejects_nonsense_input_without_changes(interpreted) -> None:
     window, studio = interpreted, interpreted.studio
     before, records, label = vertices(window), dict(studio.records), studio.undo_label
     count = cells = 0
@@ -227,7 +227,7 @@ def test_fields_of_every_tool_refuse_nonsense_quietly(interpreted) -> None:
     check(window, before, records, label)
 
 
-def test_fields_of_dialogs_refuse_nonsense_quietly(interpreted) -> None:
+def test_dialogs_reject_nonsense_input_without_changes(interpreted) -> None:
     window, studio = interpreted, interpreted.studio
     before, records, label = vertices(window), dict(studio.records), studio.undo_label
     count = 0

@@ -97,7 +97,9 @@ def said_and_saved(window, words: str, target: Path, monkeypatch, picture: str) 
 
 
 @pytest.mark.parametrize("how", ["deleted", "renamed", "replaced", "journal removed"])
-def test_the_folder_goes_away(window, outcrop, tmp_path, monkeypatch, how):
+def test_missing_or_replaced_folder_is_reported_and_project_saved_elsewhere(
+    window, outcrop, tmp_path, monkeypatch, how
+):
     folder = tmp_path / "disk" / "cliff.vom"
     begun(window, outcrop, folder)
     older = tmp_path / "older.vom"
@@ -121,7 +123,7 @@ def test_the_folder_goes_away(window, outcrop, tmp_path, monkeypatch, how):
         assert (folder / JOURNAL_NAME).read_bytes() == (older / JOURNAL_NAME).read_bytes()
 
 
-def test_the_disk_is_full(window, outcrop, tmp_path, monkeypatch):
+def test_full_disk_is_reported_and_project_saved_elsewhere(window, outcrop, tmp_path, monkeypatch):
     with small_disk(tmp_path / "disk", 2048) as disk:
         begun(window, outcrop, disk / "cliff.vom")
         fill(disk)
@@ -132,14 +134,18 @@ def test_the_disk_is_full(window, outcrop, tmp_path, monkeypatch):
         said_and_saved(window, "is full", tmp_path / "rescued.vom", monkeypatch, "full")
 
 
-def test_the_disk_can_only_be_read(window, outcrop, tmp_path, monkeypatch):
+def test_read_only_disk_is_reported_and_project_saved_elsewhere(
+    window, outcrop, tmp_path, monkeypatch
+):
     with failing_disk(tmp_path / "disk") as (disk, fail):
         begun(window, outcrop, disk / "cliff.vom")
         fail()
         said_and_saved(window, "is read-only", tmp_path / "rescued.vom", monkeypatch, "read-only")
 
 
-def test_the_drive_is_taken_away(window, outcrop, tmp_path, monkeypatch):
+def test_removed_drive_is_reported_and_project_saved_elsewhere(
+    window, outcrop, tmp_path, monkeypatch
+):
     with small_disk(tmp_path / "disk", 8192) as disk:
         begun(window, outcrop, disk / "cliff.vom")
         subprocess.run(["umount", "-l", str(disk)], check=True)
@@ -151,7 +157,7 @@ def test_the_drive_is_taken_away(window, outcrop, tmp_path, monkeypatch):
             subprocess.run(["mount", "-t", "tmpfs", "tmpfs", str(disk)], check=True)
 
 
-def test_closing_asks_although_everything_had_been_saved(own_folders, qtbot, outcrop, tmp_path):
+def test_closing_asks_if_the_saved_project_folder_is_gone(own_folders, qtbot, outcrop, tmp_path):
     window = driver.make_window()
     folder = tmp_path / "cliff.vom"
     begun(window, outcrop, folder)
@@ -168,7 +174,7 @@ def test_closing_asks_although_everything_had_been_saved(own_folders, qtbot, out
     assert not folder.exists()
 
 
-def test_masks_are_drawn_though_the_folder_is_gone(looked_at, tmp_path, monkeypatch):  # noqa: F811
+def test_masks_can_be_drawn_after_the_folder_is_gone(looked_at, tmp_path, monkeypatch):  # noqa: F811
     """They are steps as all others are: in memory, undone and done again, and saved elsewhere."""
     window, studio = looked_at, looked_at.studio
     studio.save_as(tmp_path / "disk" / "cliff.vom")
@@ -203,7 +209,7 @@ def test_masks_are_drawn_though_the_folder_is_gone(looked_at, tmp_path, monkeypa
     assert verify(target).sound
 
 
-def test_every_file_becomes_shorter_under_the_window(window, outcrop, tmp_path, monkeypatch):
+def test_files_truncated_while_open_do_not_crash_the_window(window, outcrop, tmp_path, monkeypatch):
     """As where a stick is pulled while it is read: what was read is there, and no signal comes."""
     folder = tmp_path / "disk" / "cliff.vom"
     begun(window, outcrop, folder)

@@ -30,7 +30,7 @@ def press(button) -> None:
 
 
 @pytest.mark.full
-def test_a_video_gives_frames_that_are_opened_as_photos(window, dialog, tmp_path) -> None:
+def test_video_frames_are_extracted_and_opened_as_photos(window, dialog, tmp_path) -> None:
     blurs = [0.0] * 100 + [6.0] * 20
     offsets = [*np.arange(100) * 12.0, *[1188.0] * 20]
     video = film(tmp_path / "pan.avi", offsets, blurs, size=(1200, 560))
@@ -58,7 +58,7 @@ def test_a_video_gives_frames_that_are_opened_as_photos(window, dialog, tmp_path
 
 
 @pytest.mark.full
-def test_a_hopeless_video_says_that_it_is_time_to_give_up(window, dialog, tmp_path) -> None:
+def test_unusable_video_is_reported(window, dialog, tmp_path) -> None:
     dialog.choose_video(film(tmp_path / "bad.avi", np.arange(80) * 10.0, [0.0] * 20 + [7.0] * 60))
     press(dialog.start_button)
     driver.wait(lambda: dialog._job is None, "the verdict", 120.0)
@@ -66,7 +66,7 @@ def test_a_hopeless_video_says_that_it_is_time_to_give_up(window, dialog, tmp_pa
 
 
 @pytest.mark.full
-def test_what_is_no_video_is_said_in_the_dialog(window, dialog, tmp_path) -> None:
+def test_invalid_video_file_is_reported_in_the_dialog(window, dialog, tmp_path) -> None:
     (tmp_path / "notes.mp4").write_text("rain")
     dialog.choose_video(tmp_path / "notes.mp4")
     press(dialog.start_button)
@@ -76,7 +76,7 @@ def test_what_is_no_video_is_said_in_the_dialog(window, dialog, tmp_path) -> Non
 
 
 @pytest.mark.full
-def test_it_can_be_stopped_and_leaves_nothing(window, dialog, tmp_path) -> None:
+def test_extraction_can_be_stopped_and_leaves_no_files(window, dialog, tmp_path) -> None:
     path = tmp_path / "long.avi"
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), 20, (1920, 1080))
     noise = np.random.default_rng(3).integers(0, 255, (1080, 1920, 3), np.uint8)
@@ -95,7 +95,7 @@ def test_it_can_be_stopped_and_leaves_nothing(window, dialog, tmp_path) -> None:
 
 
 @pytest.mark.full
-def test_a_folder_with_other_files_is_asked_about(window, dialog, tmp_path) -> None:
+def test_folder_with_other_files_asks_for_confirmation(window, dialog, tmp_path) -> None:
     (tmp_path / "own").mkdir()
     (tmp_path / "own" / "thesis.txt").write_text("years")
     dialog.choose_video(film(tmp_path / "pan.avi", np.arange(40) * 12.0))
@@ -109,7 +109,7 @@ def test_a_folder_with_other_files_is_asked_about(window, dialog, tmp_path) -> N
 
 
 @pytest.mark.full
-def test_the_dialog_may_be_closed_while_the_work_goes_on(window, dialog, tmp_path) -> None:
+def test_video_dialog_can_be_closed_while_extraction_continues(window, dialog, tmp_path) -> None:
     dialog.choose_video(film(tmp_path / "pan.avi", np.arange(60) * 12.0))
     press(dialog.start_button)
     dialog.close()

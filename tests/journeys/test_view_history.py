@@ -53,7 +53,7 @@ def forward(window) -> None:
     key(window, Qt.Key.Key_Y, SHIFT)
 
 
-def test_each_change_of_the_view_is_gone_back_and_forth(opened):
+def test_each_view_change_can_be_reverted_and_repeated(opened):
     display = opened.studio.display
     seen = [view(opened)]
     for change in (
@@ -76,7 +76,7 @@ def test_each_change_of_the_view_is_gone_back_and_forth(opened):
     assert opened.actions_table.disabled_reason("view_forward") == Finding("view.no-later")
 
 
-def test_a_view_that_has_not_come_to_rest_is_gone_back_from_at_once(opened):
+def test_moving_view_can_be_reverted_immediately(opened):
     before = view(opened)
     at = opened.viewport.rect().center()
     drag(opened.viewport, at, at + QPoint(90, 0))
@@ -109,7 +109,7 @@ def test_commands_are_updated_when_a_move_begins_and_ends(opened):
     assert is_checked == opened.view.is_orthographic
 
 
-def test_a_new_view_ends_what_lay_ahead(opened):
+def test_new_view_clears_the_later_views(opened):
     turn(opened)
     back(opened)
     turn(opened, -60)
@@ -119,7 +119,7 @@ def test_a_new_view_ends_what_lay_ahead(opened):
     assert np.allclose(view(opened), there)
 
 
-def test_views_and_work_are_undone_apart(opened):
+def test_views_and_edits_are_undone_separately(opened):
     key(opened, Qt.Key.Key_T)
     at = opened.viewport.rect().center() + QPoint(-60, 0)
     click(opened.viewport, at)
@@ -136,7 +136,7 @@ def test_views_and_work_are_undone_apart(opened):
     assert len(opened.studio.tool.vertices) == 1, "back in the view leaves the pick"
 
 
-def test_another_project_has_no_earlier_view(opened):
+def test_new_project_has_no_view_history(opened):
     turn(opened)
     opened.studio.new_project()
     rest(opened)
@@ -144,7 +144,7 @@ def test_another_project_has_no_earlier_view(opened):
     assert not opened.actions_table.all["view_forward"].isEnabled()
 
 
-def test_what_was_isolated_is_shown_again_by_going_back(opened):
+def test_view_back_ends_isolation(opened):
     elements = opened.studio.workspace.elements
     (model_id,) = elements.shown()
     tool = opened.studio.get_tool(SelectTool)

@@ -63,7 +63,7 @@ def turned(above: QWidget) -> list[str]:
     return changed
 
 
-def test_no_value_of_a_panel_is_changed(window, outcrop):
+def test_wheel_over_panel_fields_changes_no_value(window, outcrop):
     driver.open_outcrop(window, outcrop)
     for dock in window.findChildren(QDockWidget):
         window.docks.bring_forward(dock.objectName())
@@ -75,7 +75,7 @@ def test_no_value_of_a_panel_is_changed(window, outcrop):
     assert turned(window) == []
 
 
-def test_no_field_is_made_that_the_wheel_changes():
+def test_no_field_uses_a_plain_qt_class_that_reacts_to_the_wheel():
     """Dialogs, too."""
     folder = Path(__file__).resolve().parents[2] / "vomstudio"
     plain = re.compile(r"(?<!\w)Q(?:DoubleSpinBox|SpinBox|ComboBox|Slider|DateEdit|Dial)\(")

@@ -13,7 +13,7 @@ from vomstudio.ui.shell.layout import WORKSPACES
 pytestmark = pytest.mark.full
 
 
-def test_workspaces_leave_camera_work_and_keyboard_alone(window, outcrop, picks):
+def test_switching_workspace_keeps_camera_open_trace_and_keyboard_focus(window, outcrop, picks):
     driver.open_outcrop(window, outcrop)
     viewport, studio = window.viewport, window.studio
     look_at(window, picks["B04"], 10.0, 12.0)
@@ -52,7 +52,7 @@ def test_a_model_can_be_picked_in_every_workspace(window, outcrop, picks):
 
 
 @pytest.mark.parametrize("size", [(1280, 688), (960, 540)])
-def test_photos_take_the_middle_and_give_it_to_a_model(window, outcrop, photos, size):
+def test_photos_fill_the_center_until_a_model_opens(window, outcrop, photos, size):
     window.resize(*size)
     window.open_path(photos)
     wait(lambda: len(window.survey.rows) == 4 and not window.survey.is_reading, "the photos", 60.0)

@@ -44,11 +44,11 @@ def after(text: str) -> set[str]:
         ("x = a if b else c", {"x = a if (not b) else c"}),
     ],
 )
-def test_what_can_go_wrong_in_a_line(line: str, wanted: set[str]) -> None:
+def test_each_line_yields_the_expected_mutants(line: str, wanted: set[str]) -> None:
     assert after(line) == wanted
 
 
-def test_returned_values_defaults_and_raises_go_wrong_too() -> None:
+def test_return_values_defaults_and_raises_are_mutated() -> None:
     text = 'def f(a, b=2):\n    if a:\n        raise ValueError(f"{a + 1}")\n    return a, b\n'
     assert after(text) == {
         "def f(a, b=3):",
@@ -59,7 +59,7 @@ def test_returned_values_defaults_and_raises_go_wrong_too() -> None:
     }
 
 
-def test_of_a_word_that_stands_alone_the_line_above_tells_which_one_it_is() -> None:
+def test_removed_single_word_statement_is_identified_by_the_line_above() -> None:
     text = "for a in b:\n    if c(a):\n        continue\n    if d(a):\n        continue\n"
     removed = [m for m in all_of(text) if m.kind == "statement removed"]
     assert [m.before for m in removed] == ["if c(a): continue", "if d(a): continue"]
@@ -79,11 +79,11 @@ def test_of_a_word_that_stands_alone_the_line_above_tells_which_one_it_is() -> N
         "x = a.reshape(-1, 3)",
     ],
 )
-def test_what_changes_no_result_is_not_drawn(line: str) -> None:
+def test_code_without_effect_on_results_is_not_mutated(line: str) -> None:
     assert after(line) <= {"x = maximum(a, b)"}
 
 
-def test_a_change_stands_where_it_should_beside_letters_of_several_bytes() -> None:
+def test_mutation_offsets_are_correct_beside_multibyte_characters() -> None:
     text = '"""Größe"""\nx = "°", a < b  # <\ny = (\n    a\n    + b\n)\n'
     made = all_of(text)
     assert [m.line for m in made] == [2, 2, 5]
@@ -91,7 +91,7 @@ def test_a_change_stands_where_it_should_beside_letters_of_several_bytes() -> No
     assert (made[2].before, made[2].after) == ("+ b", "- b")
 
 
-def test_what_is_called_equivalent_is_in_the_program_and_has_a_reason() -> None:
+def test_equivalent_mutants_exist_in_the_source_and_have_a_reason() -> None:
     """An entry whose line is gone would hide nothing, and say what is no longer so."""
     for (file, before, _), reason in equivalent().items():
         text = " ".join((ROOT / file).read_text().split())
@@ -99,7 +99,7 @@ def test_what_is_called_equivalent_is_in_the_program_and_has_a_reason() -> None:
         assert len(reason.split()) > 3, (file, before)
 
 
-def test_a_timeout_is_a_death_and_what_changes_nothing_is_not_counted() -> None:
+def test_timeouts_count_as_killed_and_equivalent_mutants_are_ignored() -> None:
     states = ["killed"] * 5 + ["timeout", "survived", "survived", "equivalent"]
     assert summary([{"state": state} for state in states]).endswith(
         "75 % of those that matter died"
@@ -136,7 +136,7 @@ def test_half():
 
 
 @pytest.mark.full
-def test_mutants_that_a_test_sees_die_and_the_file_is_as_it_was(tmp_path: Path) -> None:
+def test_detected_mutants_are_killed_and_the_file_is_restored(tmp_path: Path) -> None:
     tree, scratch = tmp_path / "tree", tmp_path / "scratch"
     for folder in (tree / "vomstudio", tree / "tests", scratch):
         folder.mkdir(parents=True)

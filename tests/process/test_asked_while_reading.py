@@ -50,7 +50,7 @@ def _hearing() -> None:
 @pytest.mark.parametrize(
     "how", first_in_default_tier([WRAPPED, "Lost()"], 2), ids=["another error", "lost"]
 )
-def test_an_interruption_that_a_library_swallows(name: str, how: str) -> None:
+def test_interruption_swallowed_by_a_library_still_cancels(name: str, how: str) -> None:
     script = BEGIN.replace("{how}", how.strip()).replace("{name}", name)
     done = subprocess.run(
         [sys.executable, "-c", script],

@@ -65,7 +65,7 @@ def test_json_is_utf8_whatever_the_locale(points: Path, locale: str) -> None:
 
 
 @posix
-def test_what_libraries_print_to_descriptor_1_does_not_reach_the_json(points: Path) -> None:
+def test_library_output_on_stdout_does_not_reach_the_json(points: Path) -> None:
     noisy = (
         "import os, sys, vomstudio.io.text.tables as t; old = t.read_points\n"
         "def noise(*a):\n"
@@ -88,7 +88,7 @@ def test_what_libraries_print_to_descriptor_1_does_not_reach_the_json(points: Pa
 
 
 @posix
-def test_a_reader_that_leaves_early_is_no_failure(points: Path) -> None:
+def test_closed_reader_of_stdout_is_not_an_error(points: Path) -> None:
     reading, writing = os.pipe()
     os.close(reading)
     done = run("fit", points, "--json", stdout=writing)
@@ -99,7 +99,7 @@ def test_a_reader_that_leaves_early_is_no_failure(points: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
-def test_a_full_disk_behind_stdout_is_said(points: Path) -> None:
+def test_full_disk_behind_stdout_is_reported(points: Path) -> None:
     with open("/dev/full", "wb") as full:
         done = run("fit", points, "--json", stdout=full)
     assert done.returncode == 2
@@ -109,7 +109,7 @@ def test_a_full_disk_behind_stdout_is_said(points: Path) -> None:
 
 @posix
 @pytest.mark.parametrize("closed", first_in_default_tier(["1", "2", "0"]))
-def test_a_closed_descriptor_is_no_crash(points: Path, closed: str) -> None:
+def test_closed_descriptor_does_not_crash(points: Path, closed: str) -> None:
     done = subprocess.run(
         ["sh", "-c", f'exec "$@" {closed}>&-', "sh", *PROGRAM, "fit", str(points), "--json"],
         capture_output=True,
@@ -124,9 +124,7 @@ def test_a_closed_descriptor_is_no_crash(points: Path, closed: str) -> None:
 
 
 @posix
-def test_noise_on_a_closed_stdout_does_not_reach_the_table_written(
-    points: Path, tmp_path: Path
-) -> None:
+def test_output_on_a_closed_stdout_does_not_reach_the_table(points: Path, tmp_path: Path) -> None:
     noisy = (
         "import os, sys, vomstudio.project.tables.orientation_table as t; old = t.plane_row\n"
         "def noise(*a, **k): os.write(1, b'noise'); return old(*a, **k)\n"
@@ -149,7 +147,7 @@ def test_noise_on_a_closed_stdout_does_not_reach_the_table_written(
 
 @posix
 @pytest.mark.parametrize("asked", ["SIGINT", "SIGTERM", "SIGHUP"])
-def test_an_interruption_ends_with_130_and_one_sentence(tmp_path: Path, asked: str) -> None:
+def test_interruption_exits_with_130_and_one_line(tmp_path: Path, asked: str) -> None:
     pipe = tmp_path / "slow"
     os.mkfifo(pipe)
     process = subprocess.Popen(
@@ -184,7 +182,7 @@ def test_an_interruption_ends_with_130_and_one_sentence(tmp_path: Path, asked: s
 
 
 @posix
-def test_points_may_come_through_a_pipe() -> None:
+def test_points_are_read_from_a_pipe() -> None:
     done = run("fit", "/dev/stdin", "--json", input=POINTS.encode())
     assert done.returncode == 0
     assert json.loads(done.stdout)["planes"][0]["n_points"] == 25
@@ -206,7 +204,7 @@ def test_a_file_without_permission_is_refused(points: Path) -> None:
         [(b"", b"empty"), (b"\x00\xff", b"binary data"), (b"1 2 3\n4 5\n", b"line 2")]
     ),
 )
-def test_bad_input_is_one_sentence_and_exit_2(tmp_path: Path, content: bytes, words: bytes) -> None:
+def test_bad_input_exits_with_2_and_one_line(tmp_path: Path, content: bytes, words: bytes) -> None:
     path = tmp_path / "bad.txt"
     path.write_bytes(content)
     done = run("fit", path, "-o", tmp_path / "out.csv")
@@ -217,7 +215,7 @@ def test_bad_input_is_one_sentence_and_exit_2(tmp_path: Path, content: bytes, wo
     assert [p.name for p in tmp_path.iterdir()] == ["bad.txt"]
 
 
-def test_no_command_reaches_qt_or_vtk(points: Path, tmp_path: Path) -> None:
+def test_no_command_imports_qt_or_vtk(points: Path, tmp_path: Path) -> None:
     orientations = tmp_path / "o.csv"
     orientations.write_text("strike,dip\n10,20\n40,30\n80,50\n200,15\n")
     model = tmp_path / "m.obj"
@@ -250,7 +248,7 @@ def test_no_command_reaches_qt_or_vtk(points: Path, tmp_path: Path) -> None:
     assert done.stderr.endswith("[0, 0, 0, 0, 0, 0, 0, 2] []")
 
 
-def test_a_small_fit_starts_without_the_heavy_libraries(points: Path) -> None:
+def test_small_fit_imports_no_heavy_libraries(points: Path) -> None:
     script = (
         "import sys; from vomstudio.cli import main; main(['fit', sys.argv[1]])\n"
         "heavy = {'pandas', 'scipy.stats', 'matplotlib', 'numba', 'laspy', 'pyproj', 'PIL'}\n"
@@ -276,12 +274,12 @@ def processor_seconds(work: Callable[[], object]) -> float:
 
 @pytest.mark.full
 @posix
-def test_a_small_fit_uses_half_a_second_of_processor(points: Path) -> None:
+def test_small_fit_takes_less_than_half_a_second_of_cpu_time(points: Path) -> None:
     assert min(processor_seconds(lambda: run("fit", points)) for _ in range(3)) < 0.5
 
 
 @posix
-def test_a_library_that_hears_signals_of_its_own_does_not_change_that(tmp_path: Path) -> None:
+def test_interruption_works_despite_signal_handlers_of_a_library(tmp_path: Path) -> None:
     """COLMAP's logging would print a stack of C++."""
     said = (
         "import os, signal, time\n"

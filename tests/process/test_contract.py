@@ -130,7 +130,7 @@ def lines_of(points: Points, delimiter: str = ",", header: str = "", comma: bool
         ["stereonet", "a.csv"],
     ],
 )
-def test_every_failure_is_exit_2_one_sentence_and_an_error_object(
+def test_every_failure_exits_with_2_one_line_and_an_error_object(
     vom: Callable[..., Said], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -158,7 +158,7 @@ def test_every_failure_is_exit_2_one_sentence_and_an_error_object(
         lines_of(plane_points(123, 34), ",", "x,y,z").replace("\n", "\r\n"),
     ],
 )
-def test_every_usual_text_of_points_gives_the_same_plane(
+def test_every_common_point_format_gives_the_same_plane(
     vom: Callable[..., Said], file: Callable[..., Path], content: str
 ) -> None:
     (row,) = vom("fit", file(content), "--json").json["planes"]
@@ -173,7 +173,7 @@ def test_decimal_commas_between_spaces_are_refused(
     assert vom("fit", file(lines_of(plane_points(1, 2), " ", comma=True)), "--json").error["line"]
 
 
-def test_rows_without_numbers_are_dropped_and_named_by_line(
+def test_rows_without_numbers_are_dropped_and_reported_by_line(
     vom: Callable[..., Said], file: Callable[..., Path]
 ) -> None:
     rows = lines_of(plane_points(80, 20)).splitlines()
@@ -184,7 +184,7 @@ def test_rows_without_numbers_are_dropped_and_named_by_line(
 
 
 @pytest.mark.parametrize(("header", "by"), [("x,y,z,bed\n", "bed"), ("x,y,z,bed\n", 4), ("", 4)])
-def test_groups_are_told_by_name_or_by_number_of_the_column(
+def test_groups_are_selected_by_column_name_or_number(
     vom: Callable[..., Said], file: Callable[..., Path], header: str, by: object
 ) -> None:
     first, second = plane_points(10, 20, 12), plane_points(200, 70, 9)
@@ -197,7 +197,7 @@ def test_groups_are_told_by_name_or_by_number_of_the_column(
     assert any("--by" in warning for warning in messages(alone.json))
 
 
-def test_turning_the_world_turns_the_plane_and_nothing_else(
+def test_rotating_the_points_changes_only_the_azimuth(
     vom: Callable[..., Said], file: Callable[..., Path]
 ) -> None:
     points = plane_points(123, 34)
@@ -212,7 +212,7 @@ def test_turning_the_world_turns_the_plane_and_nothing_else(
 
 
 @pytest.mark.parametrize("order", [1, -1])
-def test_moving_to_utm_scaling_and_reversing_keep_the_angles(
+def test_shifting_scaling_and_reversing_points_keeps_the_angles(
     vom: Callable[..., Said], file: Callable[..., Path], order: int
 ) -> None:
     points = plane_points(123, 34)
@@ -251,7 +251,7 @@ POLE = (300.0, 50.0)
         "pole_trend_deg,pole_plunge_deg\n300,50\n",
     ],
 )
-def test_every_usual_notation_of_a_plane_has_the_same_pole(
+def test_every_common_notation_of_a_plane_has_the_same_pole(
     vom: Callable[..., Said], file: Callable[..., Path], table: str
 ) -> None:
     found = vom("stats", file(table), "--json").json
@@ -261,7 +261,7 @@ def test_every_usual_notation_of_a_plane_has_the_same_pole(
 
 
 @pytest.mark.parametrize("header", ["azimuth,dip\n", "Azimuth;Dip\n", ""])
-def test_an_azimuth_alone_is_refused_until_it_is_told(
+def test_azimuth_of_unknown_meaning_is_rejected_until_specified(
     vom: Callable[..., Said], file: Callable[..., Path], header: str
 ) -> None:
     table = file(header + ("30;40\n" if ";" in header else "30,40\n"))
@@ -274,7 +274,7 @@ def test_an_azimuth_alone_is_refused_until_it_is_told(
 @pytest.mark.parametrize(
     ("row", "line"), [("30,140", 3), ("30,-4", 3), ("abc,40", 3), ("30", 3), ("30,40,NE", 3)]
 )
-def test_an_impossible_plane_is_refused_by_line(
+def test_impossible_plane_is_rejected_with_its_line(
     vom: Callable[..., Said], file: Callable[..., Path], row: str, line: int
 ) -> None:
     wide = row.count(",") == 2
@@ -301,7 +301,7 @@ def lines_table(lines: Sequence[tuple[float, float]]) -> str:
     return "trend,plunge\n" + "".join(f"{t},{p}\n" for t, p in lines)
 
 
-def test_fisher_of_directions_follows_the_resultant_and_its_exact_cone(
+def test_fisher_statistics_follow_the_resultant_and_the_exact_cone(
     vom: Callable[..., Said], file: Callable[..., Path]
 ) -> None:
     t, p = np.radians(ICELAND).T
@@ -317,7 +317,7 @@ def test_fisher_of_directions_follows_the_resultant_and_its_exact_cone(
     assert fisher["plunge_deg"] == pytest.approx(math.degrees(math.asin(-total[2] / length)))
 
 
-def test_a_directed_mean_may_point_up_and_an_axial_one_never(
+def test_directed_mean_may_point_up_but_axial_mean_never_does(
     vom: Callable[..., Said], file: Callable[..., Path]
 ) -> None:
     table = file(lines_table([(10, -40), (12, -42), (14, -38)]))
@@ -329,7 +329,7 @@ def test_a_directed_mean_may_point_up_and_an_axial_one_never(
 
 
 @pytest.mark.parametrize("planes", ["90,80\n270,80\n", "90,80\n270,80\n80,85\n260,85\n"])
-def test_steep_planes_that_dip_either_way_are_one_axial_cluster(
+def test_steep_planes_dipping_both_ways_form_one_axial_cluster(
     vom: Callable[..., Said], file: Callable[..., Path], planes: str
 ) -> None:
     found = vom("stats", file("dip_dir,dip\n" + planes), "--json").json["sets"]["all"]
@@ -348,7 +348,7 @@ def test_a_girdle_has_a_shape_but_no_fisher_mean(
     assert found["woodcock"]["C"] is None
 
 
-def test_woodcocks_k_is_null_where_the_two_lesser_eigenvalues_are_equal(
+def test_woodcock_k_is_null_if_the_two_smaller_eigenvalues_are_equal(
     vom: Callable[..., Said], file: Callable[..., Path]
 ) -> None:
     for lines in ([(0, 70), (90, 70), (180, 70), (270, 70)], [(30, 40)] * 3):
@@ -372,7 +372,7 @@ def test_beta_of_two_planes_is_their_intersection(
     assert found["beta"]["max_confidence95_deg"] is None
 
 
-def test_only_bedding_makes_the_fold_and_what_was_left_out_is_named(
+def test_fold_uses_only_bedding_and_reports_excluded_rows(
     vom: Callable[..., Said], file: Callable[..., Path]
 ) -> None:
     beds = "".join(f"bedding,{a},30\n" for a in range(40, 140, 10))
@@ -390,7 +390,7 @@ def test_only_bedding_makes_the_fold_and_what_was_left_out_is_named(
 # What is written
 
 
-def test_the_table_written_has_the_promised_columns_and_empty_cells(
+def test_written_table_has_the_documented_columns_and_empty_cells(
     vom: Callable[..., Said], file: Callable[..., Path], tmp_path: Path
 ) -> None:
     out = tmp_path / "out.csv"
@@ -409,7 +409,7 @@ def test_the_table_written_has_the_promised_columns_and_empty_cells(
 
 @pytest.mark.parametrize("command", ["fit", "stereonet"])
 @pytest.mark.parametrize("way", ["same", "link", "hard link"])
-def test_no_output_replaces_the_input_not_even_by_force(
+def test_output_never_replaces_the_input_even_with_force(
     vom: Callable[..., Said], file: Callable[..., Path], tmp_path: Path, command: str, way: str
 ) -> None:
     text = "x,y,z,strike,dip\n0,0,0,30,40\n1,0,0,33,42\n0,1,1,35,47\n"
@@ -427,7 +427,7 @@ def test_no_output_replaces_the_input_not_even_by_force(
     "name", first_in_default_tier(["$x^{$", "$", "a$b$c", "_hidden", "<&>", "%s", "\\frac"])
 )
 @pytest.mark.parametrize("ending", first_in_default_tier(["svg", "pdf"]))
-def test_sets_may_be_called_anything_on_the_net(
+def test_net_accepts_any_set_name(
     vom: Callable[..., Said], file: Callable[..., Path], tmp_path: Path, name: str, ending: str
 ) -> None:
     table = file(f"strike,dip,set\n1,2,{name}\n30,40,other\n")
@@ -455,7 +455,7 @@ CUBE = "".join(f"v {i & 1} {i >> 1 & 1} {i >> 2}\n" for i in range(8))
         ("f 1 2 99\nf 1 2 4\n", 1),
     ],
 )
-def test_every_legal_face_of_an_obj_counts(
+def test_every_valid_obj_face_is_counted(
     vom: Callable[..., Said], file: Callable[..., Path], faces: str, triangles: int
 ) -> None:
     (found,) = vom("info", file(CUBE + faces, "m.obj"), "--json").json["files"]
@@ -467,7 +467,7 @@ def test_every_legal_face_of_an_obj_counts(
 
 @pytest.mark.parametrize("order", ["<", ">"])
 @pytest.mark.parametrize("keep", [1.0, 0.9, 0.75])
-def test_a_ply_in_either_byte_order_is_read_as_far_as_it_is_sound(
+def test_ply_of_either_byte_order_is_read_up_to_the_damage(
     vom: Callable[..., Said], file: Callable[..., Path], order: str, keep: float
 ) -> None:
     word = "little" if order == "<" else "big"
@@ -499,7 +499,7 @@ def test_a_ply_in_either_byte_order_is_read_as_far_as_it_is_sound(
         b"property double y\nproperty double z\nend_header\n",
     ],
 )
-def test_what_is_no_model_is_refused_whatever_it_is_called(
+def test_invalid_model_is_rejected_under_any_name(
     vom: Callable[..., Said], file: Callable[..., Path], name: str, content: bytes
 ) -> None:
     said = vom("info", file(content, name), "--json")

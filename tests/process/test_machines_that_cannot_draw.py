@@ -31,7 +31,7 @@ def window(tmp_path: Path, **extra: str | None) -> subprocess.CompletedProcess[s
 
 @pytest.mark.full
 @pytest.mark.parametrize("display", [None, "", ":7777"])
-def test_no_screen(tmp_path: Path, display: str | None) -> None:
+def test_missing_screen_is_reported(tmp_path: Path, display: str | None) -> None:
     done = window(tmp_path, DISPLAY=display, WAYLAND_DISPLAY=None, QT_QPA_PLATFORM=None)
     assert done.returncode == 2, done.stderr
     assert done.stderr.count("\n") == 1
@@ -41,7 +41,7 @@ def test_no_screen(tmp_path: Path, display: str | None) -> None:
 
 @pytest.mark.full  # the window waits ten seconds for another driver
 @pytest.mark.skipif(not os.environ.get("DISPLAY"), reason="needs a screen")
-def test_an_opengl_that_is_too_old(tmp_path: Path) -> None:
+def test_outdated_opengl_is_reported(tmp_path: Path) -> None:
     done = window(
         tmp_path, QT_QPA_PLATFORM="xcb", LIBGL_ALWAYS_SOFTWARE="1", MESA_GL_VERSION_OVERRIDE="2.1"
     )
@@ -50,7 +50,7 @@ def test_an_opengl_that_is_too_old(tmp_path: Path) -> None:
     assert shown_values(done.stderr, "screen.old-opengl") == versions
 
 
-def test_a_library_that_is_missing_is_named_with_its_package() -> None:
+def test_missing_library_is_reported_with_its_package() -> None:
     finding = missing_library(ImportError("libEGL.so.1: cannot open shared object file"))
     assert finding is not None
     assert finding.code == "program.package-missing"
@@ -69,7 +69,7 @@ def test_a_library_that_is_missing_is_named_with_its_package() -> None:
 @pytest.mark.parametrize(
     "name", ["libEGL.so.1", "libxcb-cursor.so.0", "libxcb-icccm.so.4", "libGL.so.1"]
 )
-def test_a_damaged_library_is_found_before_the_window(tmp_path: Path, name: str) -> None:
+def test_damaged_library_is_detected_before_the_window_opens(tmp_path: Path, name: str) -> None:
     """The loader finds the damaged one first."""
     (tmp_path / name).write_text("cut short")
     done = window(tmp_path, QT_QPA_PLATFORM="xcb", LD_LIBRARY_PATH=str(tmp_path))
@@ -82,7 +82,7 @@ def test_a_damaged_library_is_found_before_the_window(tmp_path: Path, name: str)
 @pytest.mark.parametrize(
     "name", first_in_default_tier(["libEGL.so.1", "libGL.so.1", "libX11.so.6", "libxcb.so.1"], 1)
 )
-def test_commands_need_none_of_them(tmp_path: Path, name: str) -> None:
+def test_commands_run_without_screen_and_display_libraries(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text("cut short")
     folder = Path(__file__).parents[1] / "specimens"
     words = ["ortho", str(folder / "boulder.ply"), "--trend", "0", "--plunge", "90"]

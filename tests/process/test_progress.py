@@ -92,7 +92,7 @@ def slow(tmp_path: Path) -> Path:
     return pipe
 
 
-def test_a_terminal_shows_one_line_in_place_and_then_the_result(slow: Path) -> None:
+def test_terminal_shows_progress_in_one_line_and_then_the_result(slow: Path) -> None:
     command = Recording(["fit", str(slow)], 0.0)
     command.read_until(lambda text: text.count(ERASE) > 5 and "Reading slow.csv" in text)
     with open(slow, "wb") as writer:
@@ -109,7 +109,7 @@ def test_a_terminal_shows_one_line_in_place_and_then_the_result(slow: Path) -> N
 
 
 @pytest.mark.parametrize("how", first_in_default_tier(["Ctrl+C", "SIGTERM", "SIGHUP"]))
-def test_a_command_that_is_stopped_leaves_a_clean_terminal(slow: Path, how: str) -> None:
+def test_stopped_command_leaves_a_clean_terminal(slow: Path, how: str) -> None:
     command = Recording(["fit", str(slow)], 0.0)
     with open(slow, "wb") as writer:  # it has opened the file: from here on it reads
         command.read_until(lambda text: text.count(ERASE) > 3)
@@ -124,7 +124,7 @@ def test_a_command_that_is_stopped_leaves_a_clean_terminal(slow: Path, how: str)
     assert "\x1b[?25l" not in command.text
 
 
-def test_nothing_is_drawn_or_imported_before_the_delay(tmp_path: Path) -> None:
+def test_progress_is_neither_drawn_nor_imported_before_the_delay(tmp_path: Path) -> None:
     points = tmp_path / "points.csv"
     points.write_bytes(POINTS)
     script = (
@@ -171,7 +171,7 @@ def piped(slow: Path, *words: str, delay_s: float = 0.0) -> tuple[bytes, bytes, 
     return out, err, process.returncode
 
 
-def test_a_pipe_gets_plain_lines_beside_the_json(slow: Path) -> None:
+def test_pipe_gets_plain_progress_lines_beside_the_json(slow: Path) -> None:
     out, err, code = piped(slow, "--json")
     assert code == 0
     assert json.loads(out)["planes"][0]["n_points"] == 4
@@ -180,7 +180,7 @@ def test_a_pipe_gets_plain_lines_beside_the_json(slow: Path) -> None:
     assert not re.search(rb"[\r\x1b]", err)
 
 
-def test_progress_as_json_is_lines_of_json_as_before(slow: Path) -> None:
+def test_json_progress_consists_of_json_lines(slow: Path) -> None:
     out, err, code = piped(slow, "--progress", "json", "--json")
     assert code == 0
     assert json.loads(out)["planes"]

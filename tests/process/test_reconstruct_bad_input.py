@@ -56,7 +56,7 @@ def only(photos: Path, folder: Path, *numbers: int) -> Path:
 
 # --- photos ------------------------------------------------------------------------------------
 @pytest.mark.full
-def test_folders_without_enough_photos_are_named_and_nothing_is_made(
+def test_folders_without_enough_photos_are_reported_and_write_nothing(
     photos: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
@@ -73,13 +73,17 @@ def test_folders_without_enough_photos_are_named_and_nothing_is_made(
     assert not out.exists()
 
 
-def test_a_folder_that_is_none_is_refused_on_the_command_line(photos: Path, tmp_path: Path) -> None:
+def test_missing_or_invalid_photo_folder_is_rejected_on_the_command_line(
+    photos: Path, tmp_path: Path
+) -> None:
     for path in (tmp_path / "gone", photos / "photo 1.jpg"):
         error = words(path, "-o", tmp_path / "out")
         assert (error["code"], error["file"]) == ("folder.not-of-photos", str(path))
 
 
-def test_photos_that_do_not_overlap_are_told_how_to_be_taken(photos: Path, tmp_path: Path) -> None:
+def test_photos_without_overlap_are_reported_with_the_match_count(
+    photos: Path, tmp_path: Path
+) -> None:
     two = only(photos, tmp_path / "two", 1)
     noise = np.random.default_rng(5).integers(0, 255, (240, 320, 3), np.uint8)
     Image.fromarray(noise).save(two / "b.jpg")
@@ -89,7 +93,7 @@ def test_photos_that_do_not_overlap_are_told_how_to_be_taken(photos: Path, tmp_p
     assert error.file == str(two)
 
 
-def test_photos_without_anything_in_them_are_named(tmp_path: Path) -> None:
+def test_featureless_photos_are_reported(tmp_path: Path) -> None:
     folder = tmp_path / "grey"
     folder.mkdir()
     for name, value in (("a.png", 90), ("b.png", 120)):
@@ -135,7 +139,7 @@ def mixed(photos: Path, tmp_path: Path) -> Path:
 
 
 @pytest.mark.full
-def test_what_is_wrong_with_some_photos_does_not_stop_the_others(mixed: Path) -> None:
+def test_problems_with_some_photos_do_not_stop_the_others(mixed: Path) -> None:
     """And the model may lie in the photos' own folder, without being taken for photos."""
     out = mixed / "model"
     end = reconstruct(mixed, out)
@@ -163,9 +167,7 @@ def test_what_is_wrong_with_some_photos_does_not_stop_the_others(mixed: Path) ->
 
 
 @pytest.mark.slow
-def test_photos_of_100_megapixels_stay_below_the_memory_of_a_laptop(
-    photos: Path, tmp_path: Path
-) -> None:
+def test_photos_of_100_megapixels_stay_within_laptop_memory(photos: Path, tmp_path: Path) -> None:
     folder = tmp_path / "large"
     folder.mkdir()
     for number in (1, 2, 3, 4):
@@ -181,7 +183,7 @@ def test_photos_of_100_megapixels_stay_below_the_memory_of_a_laptop(
 
 
 # --- folders for the model ----------------------------------------------------------------------
-def test_the_photos_are_not_written_over(photos: Path, tmp_path: Path) -> None:
+def test_photos_are_not_overwritten(photos: Path, tmp_path: Path) -> None:
     for folder in (photos, photos / ".." / photos.name):
         assert words(photos, "-o", folder)["code"] == "folder.of-photos"
     own = only(photos, tmp_path / "own", 1, 2)
@@ -189,7 +191,7 @@ def test_the_photos_are_not_written_over(photos: Path, tmp_path: Path) -> None:
     assert here(own, tmp_path).code == "folder.not-empty"
 
 
-def test_folders_for_other_things_are_left_alone(photos: Path, tmp_path: Path) -> None:
+def test_unrelated_folders_are_left_untouched(photos: Path, tmp_path: Path) -> None:
     full = tmp_path / "full"
     full.mkdir()
     (full / "thesis.docx").touch()
@@ -207,7 +209,7 @@ def test_folders_for_other_things_are_left_alone(photos: Path, tmp_path: Path) -
     )
 
 
-def test_a_disk_that_may_not_be_written_is_said(photos: Path, tmp_path: Path) -> None:
+def test_read_only_disk_is_reported(photos: Path, tmp_path: Path) -> None:
     with small_disk(tmp_path / "disk") as disk:
         (disk / "empty").mkdir()
         subprocess.run(["mount", "-o", "remount,ro", str(disk)], check=True)
@@ -218,7 +220,7 @@ def test_a_disk_that_may_not_be_written_is_said(photos: Path, tmp_path: Path) ->
 
 
 @pytest.mark.full
-def test_a_photo_that_goes_away_in_mid_run_is_named(photos: Path, tmp_path: Path) -> None:
+def test_photo_that_disappears_during_the_run_is_reported(photos: Path, tmp_path: Path) -> None:
     folder = only(photos, tmp_path / "going", 1, 2, 3)
 
     class Vanishing(SilentProgress):
@@ -249,7 +251,7 @@ def test_a_photo_that_goes_away_in_mid_run_is_named(photos: Path, tmp_path: Path
         (("--gcp", "gone.csv"), "file.missing"),
     ],
 )
-def test_settings_that_make_no_sense_are_named(
+def test_invalid_settings_are_reported_with_their_option(
     photos: Path, tmp_path: Path, given: tuple[str, str], code: str
 ) -> None:
     error = words(photos, "-o", tmp_path / "out", *given)
@@ -257,7 +259,7 @@ def test_settings_that_make_no_sense_are_named(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_crs_that_no_photo_can_be_placed_in_is_refused_before_the_work(
+def test_crs_without_located_photos_is_rejected_before_the_work(
     photos: Path, tmp_path: Path
 ) -> None:
     error = here(photos, tmp_path / "out", crs="EPSG:32633")
@@ -286,7 +288,7 @@ GOOD = "label,x,y,z\na,0,0,0\nb,1,0,0\nc,0,0,1\n"
         (GOOD, "label,photo,x,y\na,photo 1.jpg,here,1\n", "marks.csv, line 2", "not a number"),
     ],
 )
-def test_tables_of_control_that_cannot_be_read_are_refused_before_the_work(
+def test_unreadable_control_tables_are_rejected_before_the_work(
     photos: Path, tmp_path: Path, control: str, marks: str, file: str, said: str
 ) -> None:
     (tmp_path / "control.csv").write_text(control)
@@ -302,7 +304,7 @@ def test_tables_of_control_that_cannot_be_read_are_refused_before_the_work(
     assert not (tmp_path / "out").exists()
 
 
-def test_too_few_control_points_are_counted_before_the_work(photos: Path, tmp_path: Path) -> None:
+def test_too_few_control_points_are_reported_before_the_work(photos: Path, tmp_path: Path) -> None:
     (tmp_path / "control.csv").write_text(GOOD)
     (tmp_path / "marks.csv").write_text(
         "label,photo,x,y\n" + "".join(f"{k},photo {n}.jpg,5,5\n" for k in "ab" for n in (1, 2))
@@ -318,7 +320,7 @@ def test_too_few_control_points_are_counted_before_the_work(photos: Path, tmp_pa
     assert not (tmp_path / "out").exists()
 
 
-def test_control_without_its_marks_asks_for_them(photos: Path, tmp_path: Path) -> None:
+def test_control_without_marks_requests_the_marks_option(photos: Path, tmp_path: Path) -> None:
     (tmp_path / "points.xml").write_text(
         "<DicoAppuisFlottant><OneAppuisDAF><Pt>0 0 0</Pt><NamePt>a</NamePt></OneAppuisDAF>"
         "</DicoAppuisFlottant>"
@@ -328,7 +330,7 @@ def test_control_without_its_marks_asks_for_them(photos: Path, tmp_path: Path) -
     assert "--marks" in error["message"]
 
 
-def test_marks_in_photos_that_are_not_there_are_refused_with_their_names(
+def test_marks_in_missing_photos_are_rejected_with_the_photo_names(
     photos: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "control.csv").write_text(GOOD)

@@ -112,7 +112,7 @@ def cluster(tmp_path: Path, hidden: list[Path]) -> Iterator[Cluster]:
         yield made
 
 
-def test_a_cluster_that_sees_no_files_makes_the_same_model_and_may_lose_a_worker(
+def test_cluster_without_shared_files_gives_the_same_model_after_losing_a_worker(
     photos: Path, undisturbed: Path, tmp_path: Path, cluster: Cluster
 ) -> None:
     out = tmp_path / "results" / "out"
@@ -127,7 +127,7 @@ def test_a_cluster_that_sees_no_files_makes_the_same_model_and_may_lose_a_worker
     same_to_the_bit(out, undisturbed)
 
 
-def test_a_cluster_without_workers_is_said_and_the_run_goes_on_with_new_ones(
+def test_missing_workers_are_reported_and_the_run_continues_with_new_ones(
     photos: Path, undisturbed: Path, tmp_path: Path, cluster: Cluster
 ) -> None:
     out = tmp_path / "results" / "out"

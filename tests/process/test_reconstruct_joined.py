@@ -44,7 +44,7 @@ def two_parts(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 @pytest.mark.slow
-def test_marks_join_the_parts_and_another_run_gives_the_same_bits(
+def test_marks_join_the_components_and_another_run_gives_identical_results(
     two_parts: tuple[Path, Path], tmp_path: Path
 ) -> None:
     photos, marks = two_parts
@@ -78,7 +78,7 @@ def test_marks_join_the_parts_and_another_run_gives_the_same_bits(
 
 
 @pytest.mark.full
-def test_control_that_cannot_place_the_model_costs_no_model(tmp_path: Path) -> None:
+def test_insufficient_control_still_gives_a_local_model(tmp_path: Path) -> None:
     """Marks whose rays do not meet are found after the alignment: the frame is local then."""
     photos = photo_set.write_photos(tmp_path / "photos", 5)
     rng = np.random.default_rng(2)

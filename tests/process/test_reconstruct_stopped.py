@@ -84,7 +84,7 @@ def stop_at(photos: Path, out: Path, how: str, stage: str, step: int, *words: ob
 
 
 @pytest.mark.full
-def test_a_run_that_is_stopped_in_three_ways_ends_with_the_same_model(
+def test_run_stopped_in_three_ways_ends_with_the_same_model(
     photos: Path, undisturbed: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
@@ -106,7 +106,7 @@ def test_a_run_that_is_stopped_in_three_ways_ends_with_the_same_model(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("how", ["worker", "program", "interrupt"])
-def test_a_run_that_is_stopped_in_every_stage_ends_with_the_same_model(
+def test_run_stopped_in_every_stage_ends_with_the_same_model(
     photos: Path, undisturbed: Path, tmp_path: Path, how: str
 ) -> None:
     out = tmp_path / "out"
@@ -120,7 +120,7 @@ def test_a_run_that_is_stopped_in_every_stage_ends_with_the_same_model(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stage", ["Detecting features", "Matching photos", "Computing poses"])
-def test_with_all_processors_a_stopped_alignment_gives_the_same_cameras(
+def test_stopped_parallel_alignment_gives_the_same_cameras(
     photos: Path, undisturbed: Path, tmp_path: Path, stage: str
 ) -> None:
     out = tmp_path / "out"
@@ -130,7 +130,7 @@ def test_with_all_processors_a_stopped_alignment_gives_the_same_cameras(
 
 
 @pytest.mark.full
-def test_a_full_disk_is_said_and_the_run_goes_on_once_there_is_room(
+def test_full_disk_is_reported_and_the_run_resumes_when_space_is_free(
     photos: Path, undisturbed: Path, tmp_path: Path
 ) -> None:
     with small_disk(tmp_path / "disk") as disk:
@@ -148,7 +148,7 @@ def test_a_full_disk_is_said_and_the_run_goes_on_once_there_is_room(
 
 
 @pytest.mark.slow
-def test_a_disk_that_is_full_at_any_moment_leaves_nothing_half_written(
+def test_full_disk_at_any_moment_leaves_no_partial_files(
     photos: Path, undisturbed: Path, tmp_path: Path
 ) -> None:
     with small_disk(tmp_path / "disk", 200) as disk:
@@ -165,7 +165,7 @@ def test_a_disk_that_is_full_at_any_moment_leaves_nothing_half_written(
 
 
 @pytest.mark.full
-def test_two_runs_do_not_work_in_one_folder(photos: Path, tmp_path: Path) -> None:
+def test_two_runs_cannot_use_the_same_folder(photos: Path, tmp_path: Path) -> None:
     first = Run(photos, tmp_path / "out")
     first.until("Detecting features", 1)
     worker = first.worker()

@@ -28,6 +28,6 @@ def read(*, quiet: bool) -> int:
     return int(done.stdout)
 
 
-def test_no_source_is_read_once_pyside_has_been_told() -> None:
+def test_pyside_reads_no_source_files_when_disabled() -> None:
     assert read(quiet=False) > 0, "PySide reads none by itself any more: the telling can go"
     assert read(quiet=True) == 0

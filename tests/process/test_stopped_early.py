@@ -41,7 +41,7 @@ def _hearing() -> None:
     first_in_default_tier(["vomstudio.core.languages", "vomstudio.cli", "vomstudio.cli.info"], 3),
 )
 @pytest.mark.parametrize("signal", first_in_default_tier(["SIGINT", "SIGTERM", "SIGHUP"], 3))
-def test_it_ends_in_a_sentence(module: str, signal: str) -> None:
+def test_signal_during_imports_exits_with_130_and_one_line(module: str, signal: str) -> None:
     words = [sys.executable, "-P", "-c", STOPPED.format(module=module, signal=signal)]
     done = subprocess.run(
         words, capture_output=True, text=True, check=False, timeout=120, preexec_fn=_hearing
@@ -76,7 +76,7 @@ sys.exit(vomstudio.app.main())
 """
 
 
-def test_an_interruption_of_code_from_a_text_ends_with_the_exit_code(tmp_path: Path) -> None:
+def test_interruption_of_code_compiled_from_text_exits_with_130(tmp_path: Path) -> None:
     """Python ends a module (-m) by the signal where one left such code, even though it was
     caught."""
     (tmp_path / "asking.py").write_text(FROM_A_TEXT)
@@ -114,7 +114,7 @@ sys.exit(vomstudio.app.main())
 
 
 @pytest.mark.parametrize("module", ["vomstudio.cli.fit", "vomstudio.project.tables.fitted_planes"])
-def test_an_interruption_that_is_swallowed_is_remembered(module: str, tmp_path: Path) -> None:
+def test_swallowed_interruption_still_cancels_the_command(module: str, tmp_path: Path) -> None:
     points, out = tmp_path / "points.txt", tmp_path / "out.csv"
     points.write_text("0 0 0\n1 0 0\n0 1 0\n1 1 0.01\n")
     done = run_stopped(SWALLOWED.format(module=module), "fit", str(points), "-o", str(out))
@@ -132,7 +132,7 @@ sys.exit(vomstudio.app.main())
 """
 
 
-def test_what_is_done_already_is_not_asked_to_end() -> None:
+def test_signal_after_completion_is_ignored() -> None:
     done = run_stopped(AFTERWARDS)
     assert (done.returncode, done.stderr) == (0, "")
 
@@ -177,7 +177,7 @@ def _as_command() -> str:
     ),
 )
 @pytest.mark.parametrize("signal", first_in_default_tier(["SIGINT", "SIGTERM", "SIGHUP"], 4))
-def test_it_is_heard_from_the_first_module_on(
+def test_signals_are_handled_from_the_first_module_on(
     begin: str, module: str, words: list[str], signal: str
 ) -> None:
     done = run_stopped(
@@ -188,7 +188,7 @@ def test_it_is_heard_from_the_first_module_on(
 
 
 @pytest.mark.parametrize("signal", ["SIGINT", "SIGTERM", "SIGHUP"])
-def test_a_worker_is_not_ended_by_what_reaches_the_whole_terminal(signal: str) -> None:
+def test_terminal_signals_do_not_end_a_worker(signal: str) -> None:
     script = AT_ITS_BEGINNING.format(
         module="vomstudio.app", signal=signal, words=["--worker"], begin=AS_MODULE
     )

@@ -39,7 +39,7 @@ def mm(svg: str, page_width_mm: float) -> float:
     return page_width_mm / float(size)
 
 
-def test_the_column_is_as_high_on_paper_as_its_scale_says(tmp_path: Path) -> None:
+def test_column_height_on_paper_follows_its_scale(tmp_path: Path) -> None:
     result = log_of(HEIGHTS, ["sandstone", "shale", "limestone"], sigma_m=0.01)
     page = lay_out_page(result)
     assert page.scale == 50.0
@@ -64,7 +64,7 @@ def test_the_column_is_as_high_on_paper_as_its_scale_says(tmp_path: Path) -> Non
         assert messages in svg
 
 
-def test_words_of_thin_beds_keep_apart_and_in_order() -> None:
+def test_labels_of_thin_beds_stay_separate_and_in_order() -> None:
     page = lay_out_page(log_of(HEIGHTS))
     assert (np.diff(page.rows_mm) >= 4.0 - 1e-9).all()
     assert page.rows_mm[0] == pytest.approx(40.0)
@@ -77,7 +77,7 @@ def test_words_of_thin_beds_keep_apart_and_in_order() -> None:
     assert few.height_mm > 400.0
 
 
-def test_formulas_and_long_words_are_only_words(tmp_path: Path) -> None:
+def test_formulas_and_long_words_are_drawn_as_plain_text(tmp_path: Path) -> None:
     result = log_of([0, 1, 2], ["$\\frac{1", "x" * 300], ["$a$ <b> & c"])
     target = tmp_path / "log.svg"
     write_log_figure(target, result, format="svg")
@@ -89,7 +89,7 @@ def test_formulas_and_long_words_are_only_words(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("word", lithologies.lithology_choices())
-def test_every_word_that_is_offered_is_known_and_has_a_look(word: str) -> None:
+def test_every_offered_lithology_has_fields_and_a_style(word: str) -> None:
     fields = strabospot_fields(word)
     assert fields is not None
     look = find_style(word, fields)

@@ -27,7 +27,7 @@ def depth_of(view: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("tilt_deg", [0, 45, 70])
-def test_nothing_behind_is_seen_through_the_gaps_of_a_surface(tilt_deg: float) -> None:
+def test_background_is_not_visible_through_gaps_of_a_surface(tilt_deg: float) -> None:
     slope = math.tan(math.radians(tilt_deg))
     front, back = strewn(22_500, 1), strewn(22_500, 2)
     view = np.concatenate(
@@ -43,7 +43,7 @@ def test_nothing_behind_is_seen_through_the_gaps_of_a_surface(tilt_deg: float) -
     assert off.max() < 0.06 * (1 + slope)
 
 
-def test_what_is_seen_through_a_window_stays_seen() -> None:
+def test_background_is_visible_through_a_window() -> None:
     front, back = strewn(22_500, 1), strewn(22_500, 2)
     outside = np.linalg.norm(front - [1.5, 1.5], axis=1) > 0.2
     view = np.concatenate(
@@ -60,7 +60,7 @@ def test_what_is_seen_through_a_window_stays_seen() -> None:
 
 
 @pytest.mark.parametrize("angle_deg", [60, 80])
-def test_a_surface_that_is_seen_at_a_small_angle_has_no_holes(angle_deg: float) -> None:
+def test_surface_seen_at_a_small_angle_has_no_holes(angle_deg: float) -> None:
     points = strewn(22_500, 3)
     slope = math.tan(math.radians(angle_deg))
     grid = Grid(0.0, 0.0, GSD, 150, 150)
@@ -75,7 +75,7 @@ def test_a_surface_that_is_seen_at_a_small_angle_has_no_holes(angle_deg: float) 
 
 @pytest.mark.parametrize("angle_deg", [70, 75, 80, 85])
 @pytest.mark.parametrize("gsd", [0.02, 0.04])
-def test_a_steep_surface_lies_no_nearer_than_it_is(angle_deg: float, gsd: float) -> None:
+def test_depth_of_a_steep_surface_is_unbiased(angle_deg: float, gsd: float) -> None:
     """Points strewn over the surface itself: of the depth that it changes by in a pixel, the
     median is off by an eighth at most (by up to nine tenths where only the nearest took part)."""
     turn = math.radians(angle_deg)

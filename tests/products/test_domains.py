@@ -73,7 +73,7 @@ def faulted(turn: float = 0.0) -> tuple[Item, ...]:
     return items_from_table(np.array(places), output)
 
 
-def test_beds_of_one_dip_are_projected_along_the_line_in_which_they_meet_the_fault() -> None:
+def test_homoclinal_beds_are_projected_along_their_intersection_with_the_fault() -> None:
     result = projection_axes(
         {name: ([dd] * 5, [dip] * 5) for name, (dd, dip) in (("h", HANGING), ("f", FOOT))},
         ([FAULT[0]] * 3, [FAULT[1]] * 3),
@@ -84,7 +84,7 @@ def test_beds_of_one_dip_are_projected_along_the_line_in_which_they_meet_the_fau
         assert angle_between_lines(line, met(plane, FAULT)) < 1e-4
 
 
-def test_the_axes_turn_with_the_world() -> None:
+def test_axes_rotate_with_the_world() -> None:
     rng = np.random.default_rng(4)
     beds = {"h": around(HANGING, 8, 2.0, rng), "f": around(FOOT, 8, 2.0, rng)}
     fault = around(FAULT, 5, 1.0, rng)
@@ -102,7 +102,7 @@ def test_the_axes_turn_with_the_world() -> None:
 
 
 @pytest.mark.full
-def test_the_error_of_a_domains_axis_holds_in_95_of_100() -> None:
+def test_stated_axis_error_contains_the_truth_in_95_percent_of_cases() -> None:
     rng = np.random.default_rng(11)
     inside = 0
     for _ in range(400):
@@ -142,13 +142,13 @@ def test_a_folded_domain_is_projected_along_its_own_fold_axis() -> None:
     assert "fold axis" in result.description
 
 
-def test_a_domain_of_one_dip_without_a_fault_has_none_and_says_why() -> None:
+def test_homoclinal_domain_without_a_fault_has_no_axis_and_gives_the_reason() -> None:
     result = projection_axes({"h": around(HANGING, 6, 1.0, np.random.default_rng(1))})["h"]
     assert result.line is None
     assert "no fault" in result.description
 
 
-def test_in_a_section_each_domain_is_projected_along_its_own_axis() -> None:
+def test_section_projects_each_domain_along_its_own_axis() -> None:
     """Points on a line along the axis of their domain come to one place."""
     axes = compute_domain_axes(faulted(), "--along")
     curtain = curtain_from_plane(parse_plane_option("000/90"), (0.0, 0.0, 0.0))
@@ -212,7 +212,7 @@ def test_the_picture_of_a_domain_is_grey_beyond_the_fault(
     assert by_code(messages)["domain.ends-at-faults"] == {"domain": name, "faults": ("F",)}
 
 
-def test_without_a_fault_the_nearest_feature_decides(tmp_path: Path) -> None:
+def test_nearest_feature_separates_domains_without_a_fault(tmp_path: Path) -> None:
     items = tuple(item for item in faulted() if item.kind == "bedding")
     rgba, _, messages = drawn(tmp_path, items, "hanging wall")
     assert by_code(messages)["domain.no-fault-between"] == {
@@ -226,7 +226,7 @@ def test_without_a_fault_the_nearest_feature_decides(tmp_path: Path) -> None:
     assert coloured.max() >= 198
 
 
-def test_a_picture_off_the_axis_says_what_that_costs() -> None:
+def test_off_axis_picture_reports_its_distortion() -> None:
     """Lengths times cos d, places displaced by h sin d (CONVENTIONS), d between axis and view."""
     items = faulted()
     line = compute_domain_axes(items, "")["footwall"].line
@@ -250,7 +250,7 @@ def test_a_picture_off_the_axis_says_what_that_costs() -> None:
     assert here.add_view_findings(items, along).notes == here.notes
 
 
-def test_a_domain_whose_axis_holds_conditionally_says_so() -> None:
+def test_conditional_domain_axis_is_reported() -> None:
     """Four beds of a fold tell no shape of the scatter (fold verdict: conditional)."""
     rng = np.random.default_rng(1)
     t = np.radians([-40.0, -10.0, 15.0, 45.0])
@@ -268,7 +268,7 @@ def test_a_domain_whose_axis_holds_conditionally_says_so() -> None:
     assert report.words.startswith(f"{replace(report, valid='yes').words}; ")
 
 
-def test_a_domain_that_is_not_there_is_refused_with_those_that_are() -> None:
+def test_unknown_domain_is_rejected_with_the_available_ones() -> None:
     with refused("domain.unknown", UsageError, domain="wall", domains=("footwall", "hanging wall")):
         domain_extent(faulted(), "wall")
     with refused("domain.none", UsageError, field="--along"):

@@ -34,7 +34,7 @@ def drawing(dip_deg: float | None) -> Drawing:
 
 
 @pytest.mark.parametrize("dip_deg", [None, 30.0])
-def test_each_type_is_named_beside_a_glyph_of_its_colour_on_the_page(
+def test_legend_shows_each_type_beside_a_glyph_of_its_colour(
     dip_deg: float | None,
 ) -> None:
     drawn = drawing(dip_deg)
@@ -56,7 +56,7 @@ def test_each_type_is_named_beside_a_glyph_of_its_colour_on_the_page(
     assert max(heights) < page - 3.0
 
 
-def test_lines_that_explain_the_drawing_are_not_in_its_legend() -> None:
+def test_annotation_lines_are_not_in_the_legend() -> None:
     bend = DrawingShape("bends", LINE, "#888888", label="bend", is_annotation=True)
     drawn = drawing(None)
     assert replace(drawn, shapes=(*drawn.shapes, bend)).legend == drawn.legend

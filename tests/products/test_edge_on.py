@@ -40,7 +40,7 @@ def planned(mesh: Mesh, trend: float, plunge: float, gsd: float = 0.25) -> Ortho
 EDGE_ON = Finding("view.edge-on", plane="130/35")
 
 
-def test_nothing_at_all_is_refused_with_the_plane_to_look_at(tmp_path: Path) -> None:
+def test_edge_on_view_is_rejected_with_the_plane_to_look_at(tmp_path: Path) -> None:
     mesh = sheet()
     with refused("view.edge-on", plane="130/35"):
         write_orthophoto(mesh, planned(mesh, 40, 0, 0.1), tmp_path / "o.tif")
@@ -48,18 +48,18 @@ def test_nothing_at_all_is_refused_with_the_plane_to_look_at(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("view", [(40, 0), (220, 0), (130, 35), (130, 34.5)])
-def test_next_to_nothing_is_warned_of(view: tuple[float, float]) -> None:
+def test_nearly_edge_on_view_gives_a_warning(view: tuple[float, float]) -> None:
     assert EDGE_ON in planned(sheet(0.01), *view).notes
     # Whatever is thinner than a pixel or two.
     assert EDGE_ON in planned(sheet(0.01), 130, 32, 1.3).notes
 
 
 @pytest.mark.parametrize("view", [(0, 90), (130, 20), (310, 55), (60, 0), (90, 10)])
-def test_a_view_that_shows_a_wall_is_not(view: tuple[float, float]) -> None:
+def test_view_of_a_wall_gives_no_warning(view: tuple[float, float]) -> None:
     assert not planned(sheet(0.01), *view).notes
 
 
-def test_relief_is_seen_along_the_wall_and_one_row_of_a_fence_is_all_there_is() -> None:
+def test_curved_wall_or_single_row_seen_edge_on_gives_no_warning() -> None:
     assert not planned(sheet(0.0, bowed=6.0), 130, 35).notes
     line = np.linspace(0, 10, 50)[:, None] * [1.0, 0.0, 0.0]
     ends = np.vstack([line, line + [0.0, 0.01, 0.3]])
@@ -67,7 +67,7 @@ def test_relief_is_seen_along_the_wall_and_one_row_of_a_fence_is_all_there_is() 
     assert not plan(Mesh(ends, faces), view_along_line(0, 0), to_world=np.eye(4), gsd=0.1).notes
 
 
-def test_an_elevation_model_over_a_plane_at_right_angles_says_so() -> None:
+def test_elevation_model_over_a_perpendicular_plane_is_reported() -> None:
     mesh = sheet()
     laid = plan_heights(mesh, Plane(310.0, 55.0), to_world=np.eye(4), gsd=1.0)
     assert EDGE_ON in laid.notes

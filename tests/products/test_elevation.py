@@ -46,7 +46,7 @@ def grid_mesh(surface, n: int = 60, size: float = 10.0) -> Mesh:  # type: ignore
 
 
 @pytest.mark.parametrize("plane", PLANES, ids=str)
-def test_cells_lie_on_the_plane_that_was_sampled(plane: Plane) -> None:
+def test_cells_are_on_the_sampled_plane(plane: Plane) -> None:
     """A tilted square of points, over any plane of reference, at the coordinates of a map."""
     rng = np.random.default_rng(0)
     s, t = rng.uniform(-5, 5, (2, 4000))
@@ -74,7 +74,7 @@ def test_cells_lie_on_the_plane_that_was_sampled(plane: Plane) -> None:
     assert matrix[:3, 2] == pytest.approx(plane.normal())
 
 
-def test_a_cloud_is_interpolated_as_scipy_does() -> None:
+def test_cloud_is_interpolated_like_in_scipy() -> None:
     rng = np.random.default_rng(3)
     xy = rng.uniform(0, 10, (3000, 2))
     z = np.sin(xy[:, 0]) + 0.3 * xy[:, 1] ** 2
@@ -88,7 +88,7 @@ def test_a_cloud_is_interpolated_as_scipy_does() -> None:
     assert np.abs(at[inside, 2] - expected[inside]).max() < 5e-6
 
 
-def test_a_mesh_is_met_at_the_centres_of_cells() -> None:
+def test_mesh_is_sampled_at_cell_centres() -> None:
     mesh = grid_mesh(lambda x, y: 3 + 0.4 * x - 0.2 * y)
     plan = plan_of(mesh, gsd=0.23)
     heights, limit = compute_heights(mesh, plan)
@@ -106,7 +106,7 @@ def test_a_mesh_is_met_at_the_centres_of_cells() -> None:
 
 @pytest.mark.parametrize("as_cloud", [False, True])
 @pytest.mark.parametrize("azimuth", [0.0, 90.0, 215.0])
-def test_of_two_sheets_the_farthest_along_the_normal_wins(as_cloud: bool, azimuth: float) -> None:
+def test_sheet_farthest_along_the_normal_wins(as_cloud: bool, azimuth: float) -> None:
     """A roof over half of a floor, seen from above and, the whole turned, along a horizontal."""
     plane = Plane(azimuth, 90.0)
     rng = np.random.default_rng(5)
@@ -134,7 +134,7 @@ def test_of_two_sheets_the_farthest_along_the_normal_wins(as_cloud: bool, azimut
     assert clear.sum() > 1000
 
 
-def test_sheets_over_the_same_places_and_a_hollow() -> None:
+def test_upper_of_two_curved_sheets_is_sampled() -> None:
     g = np.arange(0, 10, 0.5)
     x, y = (v.ravel() for v in np.meshgrid(g, g))
     hollow = 0.15 * ((x - 5) ** 2 + (y - 5) ** 2)
@@ -162,7 +162,7 @@ def test_holes_are_bridged_up_to_the_limit() -> None:
 
 
 @pytest.mark.parametrize("lattice", first_in_default_tier([False, True]))
-def test_cells_are_those_of_the_triangulation_of_all_points(lattice: bool) -> None:
+def test_cells_match_the_triangulation_of_all_points(lattice: bool) -> None:
     """Qhull's triangles without those that have a side over the limit, across the seams of tiles,
     around a hole and past the edge; on a lattice four points lie on each circle."""
     rng = np.random.default_rng(7)
@@ -195,7 +195,7 @@ def test_cells_are_those_of_the_triangulation_of_all_points(lattice: bool) -> No
     assert np.median(np.abs(heights[both] - expected[both])) < 1e-6
 
 
-def test_of_a_dense_cloud_each_cell_holds_the_mean(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cells_of_a_dense_cloud_contain_the_mean(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(7)
     xy = rng.uniform(0, 30, (20_000, 2))
     cloud = PointCloud(np.column_stack([xy, np.hypot(*(xy - 15).T)]))
@@ -249,7 +249,7 @@ def test_contours_of_a_cone_are_circles() -> None:
         contour_lines(heights, plan.transform, 1e-4)
 
 
-def test_points_that_span_no_surface_are_refused() -> None:
+def test_points_in_line_in_plan_view_are_rejected() -> None:
     line = PointCloud(np.linspace([0, 0, 0], [5, 5, 1], 50))
     with refused("dem.points-in-line"):
         compute_heights(line, plan_of(line, gsd=1.0))

@@ -56,7 +56,7 @@ def test_traces_lie_on_the_planes_and_on_the_surface() -> None:
     )
 
 
-def test_the_band_ends_where_the_distance_is_the_error() -> None:
+def test_band_edges_are_at_the_distance_of_the_error() -> None:
     mesh = hilly(0.1)
     belief = plane_estimate_from_attitude(Plane(*ATTITUDE), np.array([4.0, 4.0, 0.2]), 3.0, 0.05)
     for side, pieces in zip((1.0, -1.0), band_edges(mesh, belief), strict=True):
@@ -66,7 +66,7 @@ def test_the_band_ends_where_the_distance_is_the_error() -> None:
         assert belief.distances(points) == pytest.approx(side * half, abs=1e-3)
 
 
-def test_the_band_of_a_repeated_bed_is_wider_by_the_error_of_the_thickness() -> None:
+def test_band_of_a_repeated_bed_includes_the_thickness_error() -> None:
     mesh = hilly(0.1)
     belief = plane_estimate_from_attitude(Plane(*ATTITUDE), np.array([4.0, 4.0, 0.2]), 1.0, 0.02)
     beds = repeat_planes(belief, mesh.vertices, 1.5, 0.05)
@@ -78,7 +78,7 @@ def test_the_band_of_a_repeated_bed_is_wider_by_the_error_of_the_thickness() -> 
             assert belief.distances(points) == pytest.approx(expected, abs=1e-3)
 
 
-def test_a_bed_that_is_known_lies_in_its_band_on_the_outcrop() -> None:
+def test_band_contains_the_true_bed_in_95_percent_of_cases() -> None:
     # Traces of a true plane on a hill, digitised with noise along a short stretch: all of its true
     # trace, far away too, is within the band in about 95 of 100 places.
     rng = np.random.default_rng(1)
@@ -97,7 +97,7 @@ def test_a_bed_that_is_known_lies_in_its_band_on_the_outcrop() -> None:
     assert 0.92 < np.mean(held) < 0.975
 
 
-def test_a_cloud_has_the_same_traces() -> None:
+def test_cloud_gives_the_same_traces_as_a_mesh() -> None:
     mesh = hilly(0.1)
     belief = plane_estimate_from_attitude(Plane(*ATTITUDE), np.array([4.0, 4.0, 0.2]), 1.0)
     cloud = extend(PointCloud(mesh.vertices), belief, spacing=0.1)
@@ -105,14 +105,14 @@ def test_a_cloud_has_the_same_traces() -> None:
     assert cloud.length_m == pytest.approx(exact.length_m, rel=0.15)
 
 
-def test_where_beds_cannot_be_told_apart_it_is_said() -> None:
+def test_indistinguishable_beds_are_reported() -> None:
     belief = plane_estimate_from_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.2]), 8.0)
     (warning,) = extend(hilly(), belief, ExtendOptions(thickness_m=0.5)).warnings
     assert warning.code == "extension.beds-indistinct"
     assert extend(hilly(), belief).warnings == ()
 
 
-def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
+def test_impossible_extension_is_rejected(tmp_path: Path) -> None:
     belief = plane_estimate_from_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 500.0]), 1.0)
     with refused("extension.misses-model", GeometryError):
         extend(hilly(), belief)
@@ -124,7 +124,7 @@ def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
         write_traces(tmp_path / "a.shp", extend(hilly(), near), crs=None, model="", force=False)
 
 
-def test_lines_for_a_gis_say_their_bed_and_their_worst_error(tmp_path: Path) -> None:
+def test_gis_lines_contain_their_bed_and_largest_error(tmp_path: Path) -> None:
     import pyogrio
 
     belief = plane_estimate_from_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.5]), 1.0)

@@ -41,7 +41,7 @@ def plan() -> SurveyPlan:
     return plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0))
 
 
-def test_figures_stand_with_their_units(plan: SurveyPlan) -> None:
+def test_figures_have_units(plan: SurveyPlan) -> None:
     """24 mm on 24 mm of 6000 pixels see as much across as they are away: 3.33 mm a pixel."""
     messages = dict(figures(plan))
     assert messages["Camera"] == "test <one>, 6000 x 4000"
@@ -90,7 +90,7 @@ def test_the_page_lists_every_position_and_point(plan: SurveyPlan, tmp_path: Pat
 
 
 @pytest.mark.parametrize("manner", ["handheld", "terrain"])
-def test_the_drawings_show_positions_where_they_are(manner: Manner) -> None:
+def test_drawings_show_positions_at_their_coordinates(manner: Manner) -> None:
     plan = plan_survey(
         APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0, manner=manner)
     )
@@ -136,7 +136,7 @@ def test_the_drawings_show_positions_where_they_are(manner: Manner) -> None:
 
 
 @pytest.mark.parametrize("ending", first_in_default_tier(["pdf", "svg", "html"]))
-def test_a_sheet_is_written_without_its_date_and_only_over_what_may_go(
+def test_sheet_has_no_creation_date_and_is_overwritten_only_with_force(
     plan: SurveyPlan, tmp_path: Path, ending: str
 ) -> None:
     from vomstudio.core.errors import TargetError
@@ -150,7 +150,7 @@ def test_a_sheet_is_written_without_its_date_and_only_over_what_may_go(
     assert b"<dc:date>" not in path.read_bytes()
 
 
-def test_the_words_of_a_sheet_stand_in_their_columns(plan: SurveyPlan) -> None:
+def test_texts_of_a_sheet_are_aligned_in_columns(plan: SurveyPlan) -> None:
     figure = draw_field_sheet(plan)
     figure.draw_without_rendering()
     boxes = {t.get_text(): t.get_window_extent() for t in figure.texts}
@@ -183,7 +183,7 @@ def around(axes: Axes) -> Bbox:
 
 @pytest.mark.parametrize("manner", first_in_default_tier(["handheld", "terrain"], 2))
 @pytest.mark.parametrize(("width", "height"), first_in_default_tier(PAPER, 2))
-def test_everything_on_a_sheet_is_on_the_paper_and_the_drawings_fill_their_room(
+def test_sheet_fits_the_paper_and_the_drawings_fill_their_space(
     manner: str, width: float, height: float
 ) -> None:
     """Printers leave some 5 mm of an A4 page white. Words, drawings and reminders follow each other
@@ -235,7 +235,7 @@ def test_everything_on_a_sheet_is_on_the_paper_and_the_drawings_fill_their_room(
 
 @pytest.mark.parametrize(("width", "height"), first_in_default_tier(PAPER))
 @pytest.mark.parametrize("pictures_only", first_in_default_tier([False, True]))
-def test_words_can_be_read_and_signs_be_told_apart(
+def test_texts_are_readable_and_symbols_distinguishable(
     width: float, height: float, pictures_only: bool
 ) -> None:
     """Words of a drawing are no larger than those of the sheet; signs are one to two millimetres
@@ -283,7 +283,7 @@ def test_words_can_be_read_and_signs_be_told_apart(
         assert away.max() < 0.5 * letter
 
 
-def test_all_that_can_be_wrong_with_a_plan_has_room_on_its_sheet(plan: SurveyPlan) -> None:
+def test_sheet_has_space_for_all_warnings_of_a_plan(plan: SurveyPlan) -> None:
     """Four warnings at once, each of two lines."""
     long = (
         "put some before or beside it, and take photos of those too, as far as there is room; " * 2
@@ -298,7 +298,7 @@ def test_all_that_can_be_wrong_with_a_plan_has_room_on_its_sheet(plan: SurveyPla
             assert not one.get_window_extent().overlaps(other.get_window_extent())
 
 
-def test_a_sheet_in_html_has_the_drawings_alone(plan: SurveyPlan) -> None:
+def test_figure_of_an_html_sheet_contains_only_the_drawings(plan: SurveyPlan) -> None:
     figure = draw_field_sheet(plan, has_only_drawings=True)
     figure.draw_without_rendering()
     assert not figure.texts
@@ -313,7 +313,7 @@ def test_a_sheet_in_html_has_the_drawings_alone(plan: SurveyPlan) -> None:
 
 
 @pytest.mark.parametrize("ending", ["pdf", "svg", "html"])
-def test_a_sheet_in_each_format_can_be_opened_and_has_its_drawings(
+def test_sheet_of_each_format_opens_and_contains_its_drawings(
     plan: SurveyPlan, tmp_path: Path, ending: str
 ) -> None:
     path = tmp_path / f"sheet.{ending.upper()}"
@@ -344,7 +344,7 @@ def test_a_sheet_in_each_format_can_be_opened_and_has_its_drawings(
 
 
 @pytest.mark.parametrize("n", [1, 399, 400, 401])
-def test_up_to_four_hundred_photos_show_the_ways_they_look(plan: SurveyPlan, n: int) -> None:
+def test_view_directions_are_drawn_for_up_to_400_photos(plan: SurveyPlan, n: int) -> None:
     """And a kind of photo that is not taken is not in the legend."""
     first = plan.select_kind("perpendicular")[0]
     front, above = draw_field_sheet(
@@ -359,7 +359,7 @@ def test_up_to_four_hundred_photos_show_the_ways_they_look(plan: SurveyPlan, n: 
 
 
 @pytest.mark.parametrize(("length", "lines"), [(107, 1), (108, 2)])
-def test_a_line_of_a_sheet_has_112_letters_at_most(
+def test_lines_of_a_sheet_have_at_most_112_characters(
     plan: SurveyPlan, length: int, lines: int
 ) -> None:
     warning = "a" * length + " b."
@@ -371,7 +371,7 @@ def test_a_line_of_a_sheet_has_112_letters_at_most(
 
 
 @pytest.mark.parametrize("name", ["a.txt", "a", "a.png"])
-def test_a_sheet_is_refused_by_its_ending(plan: SurveyPlan, tmp_path: Path, name: str) -> None:
+def test_unsupported_sheet_suffix_is_rejected(plan: SurveyPlan, tmp_path: Path, name: str) -> None:
     from vomstudio.core.errors import UsageError
 
     with refused(
@@ -386,7 +386,7 @@ def test_a_sheet_is_refused_by_its_ending(plan: SurveyPlan, tmp_path: Path, name
 
 
 @pytest.mark.parametrize("manner", ["handheld", "terrain"])
-def test_the_legend_explains_every_sign_of_the_drawing(manner: Manner) -> None:
+def test_legend_explains_every_symbol_of_the_drawing(manner: Manner) -> None:
     plan = plan_survey(
         APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0, manner=manner)
     )
@@ -414,7 +414,7 @@ def test_the_legend_explains_every_sign_of_the_drawing(manner: Manner) -> None:
     assert front.get_xlabel() == ""
 
 
-def test_of_very_many_photos_the_ways_they_look_are_left_out() -> None:
+def test_view_directions_of_very_many_photos_are_omitted() -> None:
     many = plan_survey(APSC, PlanOptions(width_m=400.0, height_m=40.0, distance_m=12.0))
     few = plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0))
     for plan in (many, few):
@@ -435,7 +435,7 @@ def test_the_same_plan_gives_the_same_file(plan: SurveyPlan, tmp_path: Path, end
     assert one.read_bytes() == other.read_bytes()
 
 
-def test_long_reminders_go_on_a_little_further_in(plan: SurveyPlan) -> None:
+def test_continuation_lines_of_reminders_are_indented(plan: SurveyPlan) -> None:
     figure = draw_field_sheet(plan)
     lines = [t for t in figure.texts if t.get_position()[1] < 0.3]
     heights = [t.get_position()[1] for t in lines]

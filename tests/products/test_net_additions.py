@@ -77,7 +77,7 @@ def draw(contents: NetContents, style: FigureStyle | None = None) -> NetArtists:
     return draw_stereonet(figure, contents, (style or FigureStyle()).net_style())
 
 
-def test_a_girdle_goes_across_the_fold_axis_and_a_cluster_has_none() -> None:
+def test_girdle_is_drawn_across_the_fold_axis_and_not_for_a_cluster() -> None:
     result, others = fit_girdles(net().sets)
     assert others == ("joints",)
     (girdle,) = result
@@ -90,7 +90,7 @@ def test_a_girdle_goes_across_the_fold_axis_and_a_cluster_has_none() -> None:
 
 
 @pytest.mark.parametrize("each", [True, False])
-def test_the_densest_place_of_a_cluster_is_near_its_mean(each: bool) -> None:
+def test_density_maximum_of_a_cluster_is_near_its_mean(each: bool) -> None:
     joints = replace(net(), sets=net().sets[1:], contouring=Contouring(each_set=each))
     for contents in (joints, replace(joints, contour="linear_kamb")):
         (mark,) = find_maxima(contents)
@@ -99,7 +99,7 @@ def test_the_densest_place_of_a_cluster_is_near_its_mean(each: bool) -> None:
     assert "% / 1 %" in find_maxima(replace(joints, contour="schmidt"))[0].label
 
 
-def test_averages_name_number_method_and_figures() -> None:
+def test_averages_state_number_method_and_values() -> None:
     folded, joints = describe_sets(net().sets)
     assert (folded[:7], joints[:7]) == ("folded:", "joints:")
     assert figures(folded) == [60.0, 1.0, 40.0, 20.0]
@@ -137,7 +137,7 @@ def read(folder: Path, text: str):
     return read_orientations(path)
 
 
-def test_errors_are_those_of_the_table_and_turn_with_the_planes(tmp_path: Path) -> None:
+def test_errors_come_from_the_table_and_rotate_with_the_planes(tmp_path: Path) -> None:
     result = error_ellipses(read(tmp_path, TABLE))
     assert [e.max_angle_deg for e in result] == [8.0, 5.0]
     with pytest.raises(UsageError, match="max_confidence95_deg"):
@@ -160,7 +160,7 @@ def test_errors_are_those_of_the_table_and_turn_with_the_planes(tmp_path: Path) 
     assert "Untilted by 120/40" in turned.notes
 
 
-def test_an_ellipse_of_a_pole_is_the_same_as_that_of_the_plane() -> None:
+def test_ellipse_of_a_pole_equals_that_of_its_plane() -> None:
     ellipse = NetEllipse(Plane(120, 40), 9.0, 4.0, 25.0)
     one, other = ellipse.outline(), ellipse.pole_ellipse().outline()
     assert len(one) == len(other)
@@ -168,7 +168,7 @@ def test_an_ellipse_of_a_pole_is_the_same_as_that_of_the_plane() -> None:
         np.testing.assert_allclose(a, b, atol=1e-12)
 
 
-def test_turning_keeps_angles_between_features_and_turns_arrows_with_their_striae() -> None:
+def test_rotation_keeps_angles_and_rotates_slip_arrows_with_their_striae() -> None:
     striae = replace(
         make_sets({"s": ("line", [40.0, 90.0], [10.0, 30.0])})[0],
         slips=np.array([Line(40, 10).vector(), [np.nan] * 3]),
@@ -185,7 +185,7 @@ def test_turning_keeps_angles_between_features_and_turns_arrows_with_their_stria
     np.testing.assert_allclose(half.azimuth_deg, [70.0, 120.0])
 
 
-def test_marks_lie_where_they_belong_and_have_their_words() -> None:
+def test_marks_are_drawn_with_labels_at_their_directions() -> None:
     _, mark = parse_slip("120/60/40")
     artists = draw(replace(net(), marks=(mark,)))
     assert mark.label in {t.get_text() for t in artists.axes.texts}
@@ -194,7 +194,7 @@ def test_marks_lie_where_they_belong_and_have_their_words() -> None:
     assert any(np.allclose(places(line), at) for line in drawn)
 
 
-def test_a_grey_figure_has_no_colours_and_other_sizes_are_taken() -> None:
+def test_grey_style_has_no_colours_and_custom_sizes_are_applied() -> None:
     from matplotlib.colors import to_rgb
 
     artists = draw(net(contour="kamb"), FigureStyle(StereonetFigure(grey=True)))
@@ -212,7 +212,7 @@ def test_a_grey_figure_has_no_colours_and_other_sizes_are_taken() -> None:
     assert swapped.poles[0].get_markerfacecolor() == "#123456"
 
 
-def test_a_style_that_cannot_be_is_refused_and_others_are_kept() -> None:
+def test_invalid_style_is_rejected_and_valid_styles_are_stored() -> None:
     with pytest.raises(UsageError):
         FigureStyle.from_options(StereonetFigure(font="No Such Font"))
     for wrong in (
@@ -244,7 +244,7 @@ def test_a_style_that_cannot_be_is_refused_and_others_are_kept() -> None:
         NetRotation(Plane(10, 90), Line(5, 0), 20.0),
     ],
 )
-def test_what_is_typed_is_turned_with_what_is_measured(turning: NetRotation) -> None:
+def test_typed_features_rotate_with_measured_ones(turning: NetRotation) -> None:
     """A plane, a cone about its pole and a line on it are the same things typed and measured."""
     plane = Plane(120, 60)
     planes = np.array([120.0, 125.0, 118.0]), np.array([60.0, 61.0, 58.0])
@@ -265,7 +265,7 @@ def test_what_is_typed_is_turned_with_what_is_measured(turning: NetRotation) -> 
     assert before.marks == (mark,)
 
 
-def test_a_line_that_was_typed_has_a_symbol_of_its_own_in_the_legend() -> None:
+def test_typed_line_has_its_own_symbol_in_the_legend() -> None:
     _, mark = parse_slip("120/60/40")
     shown = replace(net(), marks=(mark,), means=compute_means(net().sets))
     entries = legend_entries(shown, NetStyle())

@@ -73,7 +73,7 @@ def marks(ax: Any, symbol: str) -> list[Any]:
 
 @pytest.mark.parametrize("door", [page, script])
 @pytest.mark.parametrize("projection", PROJECTIONS)
-def test_all_doors_draw_on_the_axes_of_the_library(door: Any, projection: str) -> None:
+def test_every_entry_point_draws_on_mplstereonet_axes(door: Any, projection: str) -> None:
     ax = door(contents(projection=projection))
     assert ax.name == f"equal_{projection}_stereonet"
     assert is_stereonet_axes(ax)
@@ -99,7 +99,7 @@ def test_poles_are_at_the_radius_of_the_projection(door: Any, projection: str) -
 
 @pytest.mark.parametrize("door", [page, script])
 @pytest.mark.parametrize("projection", PROJECTIONS)
-def test_the_librarys_own_artists_lie_on_ours(door: Any, projection: str) -> None:
+def test_mplstereonet_artists_coincide_with_ours(door: Any, projection: str) -> None:
     """Poles, lines, great circles and cones, which the library adds to the same axes."""
     cone = NetCircle(Line(210.0, 50.0), 20.0, "Cone")
     mark = NetMark(Line(33.0, 21.0), "mark")
@@ -130,7 +130,7 @@ def test_the_librarys_own_artists_lie_on_ours(door: Any, projection: str) -> Non
 
 
 @pytest.mark.parametrize("door", [page, script])
-def test_a_fold_has_the_same_place_behind_every_door(door: Any) -> None:
+def test_fold_axis_has_the_same_position_from_every_entry_point(door: Any) -> None:
     fold = fold_axis([100, 220, 160, 130], [30, 55, 42, 30])
     ax = door(NetContents(fold=fold))
     (star,) = marks(ax, "*")
@@ -146,14 +146,14 @@ def test_great_circles_of_many_planes_are_left_out() -> None:
     assert not any(len(c.get_paths()) == many for c in ax.collections)
 
 
-def test_the_legend_of_a_script_counts_each_set_and_words_each_mean() -> None:
+def test_script_legend_counts_each_set_and_describes_each_mean() -> None:
     texts = [text.get_text() for text in script(contents()).get_legend().get_texts()]
     assert texts[:2] == ["Bedding, poles (n = 30)", "Striae, lines (n = 3)"]
     assert [text.split()[0] for text in texts[2:]] == ["Mean", "Mean"]
 
 
 @pytest.mark.parametrize("contour", [None, "kamb"])
-def test_the_legend_of_a_script_stands_in_the_room_beside_the_net(contour: str | None) -> None:
+def test_script_legend_is_placed_beside_the_net(contour: str | None) -> None:
     ax = script(contents(contour=contour))
     ax.figure.canvas.draw()
     legend, net = ax.get_legend().get_window_extent(), ax.get_window_extent()
@@ -173,7 +173,7 @@ def test_a_script_can_show_a_grid_and_azimuths() -> None:
 
 
 @pytest.mark.parametrize("method", DENSITY_METHODS)
-def test_contours_are_those_of_the_library(method: str) -> None:
+def test_contours_match_mplstereonet(method: str) -> None:
     """Joe Kington's mplstereonet counts by itself, over a grid of the same places."""
     sets = make_sets({"Bedding": ("plane", *BEDS)})
     ax = page(NetContents(sets, contour=method))
@@ -203,7 +203,7 @@ def test_contours_are_those_of_the_library(method: str) -> None:
             assert away.min(axis=1).max() < near
 
 
-def test_the_density_counts_every_set_of_the_net() -> None:
+def test_density_includes_every_set_of_the_net() -> None:
     """Of lines alone it is highest at the lines, whatever planes are far away."""
     sets = make_sets({"Joint": ("plane", [0.0], [90.0]), "Striae": ("line", *LINES)})
     ax = script(NetContents(sets, contour="schmidt"))
@@ -216,7 +216,7 @@ def test_the_density_counts_every_set_of_the_net() -> None:
 
 
 @pytest.mark.parametrize("projection", PROJECTIONS)
-def test_the_rim_is_a_circle_in_the_area_that_it_was_given(projection: str) -> None:
+def test_rim_is_a_circle_in_the_given_area(projection: str) -> None:
     figure = Figure(figsize=(6, 4), dpi=100)
     FigureCanvasAgg(figure)
     ax = add_net(
@@ -238,7 +238,7 @@ def test_the_rim_is_a_circle_in_the_area_that_it_was_given(projection: str) -> N
     assert np.hypot(*(at - [450.0, 170.0]).T) == pytest.approx(np.full(4, 100.0))
 
 
-def test_the_library_is_not_imported_before_a_net_is_drawn() -> None:
+def test_mplstereonet_is_imported_only_when_a_net_is_drawn() -> None:
     code = (
         "import sys, vomstudio.products.net.figure, vomstudio.products.net.net_axes, "
         "vomstudio.products.net.slope_figure, vomstudio.api.nets; "

@@ -60,7 +60,7 @@ def words(artists: NetArtists) -> list[str]:
 
 @pytest.mark.parametrize("projection", ["area", "angle"])
 @pytest.mark.parametrize("each", [False, True])
-def test_the_density_on_a_contour_is_its_level(projection: str, each: bool) -> None:
+def test_density_along_a_contour_equals_its_level(projection: str, each: bool) -> None:
     """Counted anew at the places of the drawn line, without the grid."""
     look = Contouring((3.0, 9.0), False, each)
     artists = draw(replace(NET, projection=projection, contouring=look))
@@ -74,7 +74,7 @@ def test_the_density_on_a_contour_is_its_level(projection: str, each: bool) -> N
             assert np.abs(result - level).max() < 0.12 * level + 0.1
 
 
-def test_levels_asked_for_are_drawn_and_stand_in_the_bar() -> None:
+def test_requested_levels_are_drawn_and_shown_in_the_bar() -> None:
     artists = draw(replace(NET, contouring=Contouring((1.5, 7.0, 1000.0))))
     (lines,) = contours(artists, False)
     assert list(lines.levels) == [1.5, 7.0]  # nothing is as dense as 1000
@@ -87,7 +87,7 @@ def test_levels_asked_for_are_drawn_and_stand_in_the_bar() -> None:
 @pytest.mark.parametrize("each", first_in_default_tier([False, True], 2))
 @pytest.mark.parametrize("dark", first_in_default_tier([False, True], 2))
 @pytest.mark.parametrize("wide", first_in_default_tier([False, True], 2))
-def test_lines_or_filled_of_all_or_of_each_set_in_its_colour(
+def test_contours_are_lines_or_filled_for_all_sets_or_each_in_its_colour(
     filled: bool | None, each: bool, dark: bool, wide: bool
 ) -> None:
     from matplotlib.colors import to_hex
@@ -116,7 +116,7 @@ def test_lines_or_filled_of_all_or_of_each_set_in_its_colour(
 
 @pytest.mark.parametrize("wide", [False, True])
 @pytest.mark.parametrize("compact", [False, True])
-def test_the_legend_states_what_is_counted_together(wide: bool, compact: bool) -> None:
+def test_legend_states_which_sets_are_counted_together(wide: bool, compact: bool) -> None:
     def subject(**more: Any) -> list[str]:
         net = replace(NET, compact=compact, contouring=Contouring(**more))
         text = " ".join(words(draw(net, wide=wide)))
@@ -130,7 +130,7 @@ def test_the_legend_states_what_is_counted_together(wide: bool, compact: bool) -
     assert "together" not in " ".join(words(draw(alone, wide=wide)))
 
 
-def test_only_the_named_group_of_sets_is_counted() -> None:
+def test_only_the_selected_group_of_sets_is_counted() -> None:
     """Two sets of joints and the beds: what is far from all joints has no density."""
     far = make_sets({"J2": cluster(20, 80, 30, 5)})[0]
     sets = (SETS[0], replace(SETS[1], group="Joint"), replace(far, group="Joint"))
@@ -148,7 +148,7 @@ def test_only_the_named_group_of_sets_is_counted() -> None:
 
 @pytest.mark.parametrize("filled", [False, True])
 @pytest.mark.parametrize("dark", [False, True])
-def test_contours_hide_neither_poles_nor_what_is_under_them(filled: bool, dark: bool) -> None:
+def test_contours_are_drawn_below_the_poles_and_transparent(filled: bool, dark: bool) -> None:
     look = Contouring(filled=filled)
     style = NetStyle.dark() if dark else NetStyle()
     artists = draw(replace(NET, contouring=look), style)
@@ -158,14 +158,14 @@ def test_contours_hide_neither_poles_nor_what_is_under_them(filled: bool, dark: 
         assert np.asarray(drawn.get_facecolor())[:, 3].max() < 0.8
 
 
-def test_sets_of_one_type_and_colour_are_told_apart_by_their_dashes() -> None:
+def test_sets_of_one_type_and_colour_are_distinguished_by_their_dashes() -> None:
     pair = (SETS[0], replace(SETS[1], color=SETS[0].color, variant=1))
     artists = draw(NetContents(pair, contour="linear_kamb", contouring=Contouring(each_set=True)))
     one, other = (tuple(c.get_linestyle()[0]) for c in contours(artists, False))
     assert one != other
 
 
-def test_the_sigma_asked_for_is_counted_with_and_named() -> None:
+def test_requested_sigma_is_used_and_named() -> None:
     nets = [replace(NET, contouring=Contouring(sigma=s)) for s in (2.0, 4.5)]
     drawn = [draw(net) for net in nets]
     assert DENSITY_NAMES["exponential_kamb"].format(sigma="4.5") in words(drawn[1])
@@ -186,7 +186,7 @@ def test_the_sigma_asked_for_is_counted_with_and_named() -> None:
     assert tops[0] != pytest.approx(tops[1])
 
 
-def test_where_nothing_is_dense_enough_there_is_no_bar_but_a_note() -> None:
+def test_too_sparse_orientations_give_a_note_instead_of_a_bar() -> None:
     even = make_sets({"a": ("line", np.arange(0.0, 360.0, 30.0), np.full(12, 30.0))})
     net = NetContents(even, contour="schmidt", contouring=Contouring((50.0,)))
     artists = draw(net)
@@ -199,7 +199,7 @@ def test_where_nothing_is_dense_enough_there_is_no_bar_but_a_note() -> None:
     assert describe_density(replace(net, sets=())) is None
 
 
-def test_few_orientations_are_told() -> None:
+def test_too_few_orientations_are_reported() -> None:
     """Kamb's circle of 3 takes 9/12 of the hemisphere, of 9 exactly a half; Schmidt's never."""
     three = make_sets({"a": ("plane", [10, 20, 30], [40, 50, 60]), "b": cluster(9, 40, 9, 3)})
     each = NetContents(three, contour="kamb", contouring=Contouring(each_set=True))
@@ -227,7 +227,7 @@ def test_few_orientations_are_told() -> None:
         ("option.out-of-range", "--kamb-sigma", {"contour": "kamb", "kamb_sigma": float("nan")}),
     ],
 )
-def test_levels_and_sigmas_that_cannot_be_are_refused(
+def test_invalid_levels_and_sigmas_are_rejected(
     code: str, field: str, options: dict[str, Any]
 ) -> None:
     with refused(code, UsageError, field=field):
@@ -237,7 +237,7 @@ def test_levels_and_sigmas_that_cannot_be_are_refused(
 @pytest.mark.full
 @pytest.mark.parametrize("method", DENSITY_METHODS)
 @pytest.mark.parametrize("n", [1, 2, 5])
-def test_even_a_few_can_be_contoured(method: str, n: int) -> None:
+def test_few_orientations_can_be_contoured(method: str, n: int) -> None:
     few = make_sets({"a": ("line", np.arange(n) * 20.0, np.full(n, 30.0))})
     for each in (False, True):
         draw(NetContents(few, contour=method, contouring=Contouring(each_set=each)))

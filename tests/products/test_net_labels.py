@@ -61,7 +61,7 @@ def plainly(
 
 
 @pytest.mark.parametrize("seed", first_in_default_tier(range(40), 6))
-def test_a_label_takes_the_best_of_its_places(seed: int) -> None:
+def test_label_takes_the_best_candidate_position(seed: int) -> None:
     rng = np.random.default_rng(seed)
     texts = []
     for _ in range(rng.integers(0, 9)):

@@ -22,7 +22,7 @@ from vomstudio.products.net.style import PRINT, SYMBOL_SIZES, NetStyle, _contras
 
 
 @pytest.mark.parametrize("marker", sorted({*MARKERS, *SYMBOL_SIZES}))
-def test_symbols_of_one_size_cover_like_areas(marker: str) -> None:
+def test_symbols_of_one_size_cover_similar_areas(marker: str) -> None:
     """Within a factor of 1.5 of a circle's, by their outlines as matplotlib has them."""
 
     def area(name: str, size: float) -> float:
@@ -47,7 +47,7 @@ def test_a_printed_net_has_the_sizes_of_a_figure_in_a_journal() -> None:
     assert PRINT.contour_map == "light"
 
 
-def test_a_net_on_the_screen_has_letters_and_symbols_of_a_window() -> None:
+def test_screen_net_has_font_and_symbol_sizes_of_a_window() -> None:
     dock = NetStyle.dock()
     px = 100.0 / 72.0
     assert dock == NetStyle.dock(False, 100.0)
@@ -58,7 +58,7 @@ def test_a_net_on_the_screen_has_letters_and_symbols_of_a_window() -> None:
 
 
 @pytest.mark.parametrize("color", DEEP)
-def test_a_deep_colour_is_lifted_only_as_far_as_it_must(color: str) -> None:
+def test_dark_colour_is_lightened_only_as_far_as_needed(color: str) -> None:
     """So that it is still known for what it is: three to one is enough, a little more a step."""
     dark = NetStyle.dark()
     if color.casefold() in {name.casefold() for name in dark.color_replacements}:
@@ -73,7 +73,7 @@ def test_a_deep_colour_is_lifted_only_as_far_as_it_must(color: str) -> None:
 
 
 @pytest.mark.parametrize("net", ["#2a2b2e", "#606060", "#7f7f7f", "#b0b0b0", "#ffffff"])
-def test_colours_are_lifted_on_dark_nets_alone(net: str) -> None:
+def test_colours_are_lightened_only_on_dark_nets(net: str) -> None:
     """Darker than a fifth of white: there the ink is light."""
     style = replace(NetStyle(), net=net, ink="#e8e8e8")
     lifted = style.color("#203040") != "#203040"
@@ -81,7 +81,7 @@ def test_colours_are_lifted_on_dark_nets_alone(net: str) -> None:
 
 
 @pytest.mark.parametrize("color", ["#0072B2", "#D55E00", "#009E73", "#CC79A7"])
-def test_a_pale_symbol_is_half_way_to_the_ground_and_a_deep_one_half_way_to_the_ink(
+def test_pale_and_deep_symbols_are_halfway_to_background_and_ink(
     color: str,
 ) -> None:
     style = NetStyle()
@@ -92,7 +92,7 @@ def test_a_pale_symbol_is_half_way_to_the_ground_and_a_deep_one_half_way_to_the_
         assert np.abs(np.array(to_rgb(face)) - middle).max() < 1.0 / 255.0
 
 
-def test_a_net_is_written_with_the_dots_per_inch_that_journals_ask_for(tmp_path: Path) -> None:
+def test_net_is_written_at_300_dpi_by_default(tmp_path: Path) -> None:
     """300, unless it is said otherwise."""
     write_stereonet(tmp_path / "net.png", NetContents(), format="png")
     with Image.open(tmp_path / "net.png") as picture:
@@ -101,7 +101,7 @@ def test_a_net_is_written_with_the_dots_per_inch_that_journals_ask_for(tmp_path:
 
 
 @pytest.mark.parametrize(("reach", "within"), [(2.0, 2.0), (3.0, 2.0), (6.0, 3.0), (20.0, 10.0)])
-def test_a_great_circle_is_reached_from_half_as_far_as_a_pole_and_two_pixels_at_least(
+def test_great_circle_has_half_the_pick_radius_of_a_pole_but_two_pixels_at_least(
     reach: float, within: float
 ) -> None:
     """A vertical plane: its great circle is a straight line across the net."""
@@ -120,7 +120,7 @@ def test_a_great_circle_is_reached_from_half_as_far_as_a_pole_and_two_pixels_at_
 
 
 @pytest.mark.parametrize("projection", ["area", "angle"])
-def test_nothing_of_the_contours_lies_outside_the_net(projection: str) -> None:
+def test_contours_stay_inside_the_net(projection: str) -> None:
     """Steep planes of all directions: their poles are dense along the rim."""
     turn = np.arange(0.0, 360.0, 6.0)
     sets = make_sets({"a": ("plane", turn, np.full(60, 88.0))})
@@ -142,7 +142,7 @@ def test_nothing_of_the_contours_lies_outside_the_net(projection: str) -> None:
     assert (picture[near][:, :3] < 250).any(axis=1).mean() > 0.8
 
 
-def test_contrast_is_that_of_the_web_content_guidelines() -> None:
+def test_contrast_follows_the_web_content_guidelines() -> None:
     """Of any two colours, deep blue ones too."""
     rng = np.random.default_rng(0)
     for a, b in zip(rng.uniform(size=(60, 3)), rng.uniform(size=(60, 3)), strict=True):

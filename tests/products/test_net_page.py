@@ -60,7 +60,7 @@ def draw(net: NetContents, width: int = 360, height: int = 360) -> NetArtists:
     return draw_stereonet(figure, net, STYLE)
 
 
-def test_the_rim_has_a_tick_every_ten_degrees_and_long_ones_at_the_winds() -> None:
+def test_rim_has_ticks_every_ten_degrees_and_long_ones_at_cardinal_directions() -> None:
     (ticks,) = [c for c in draw(NetContents()).axes.collections if isinstance(c, LineCollection)]
     lines = parts(ticks)
     rim, cross = lines[:36], lines[36:]
@@ -81,7 +81,7 @@ def test_the_rim_has_a_tick_every_ten_degrees_and_long_ones_at_the_winds() -> No
 
 
 @pytest.mark.parametrize(("width", "height"), SIZES)
-def test_north_stands_over_its_tick(width: int, height: int) -> None:
+def test_north_label_is_above_its_tick(width: int, height: int) -> None:
     artists = draw(NetContents(), width, height)
     artists.axes.figure.draw_without_rendering()
     (north,) = [text for text in artists.axes.texts if text.get_text() == "N"]
@@ -135,7 +135,7 @@ def test_a_fold_is_drawn_with_its_axis_its_region_and_its_great_circle(projectio
     assert len(long) == 1  # no region of two planes
 
 
-def test_means_are_open_symbols_at_their_places() -> None:
+def test_means_are_open_symbols_at_their_directions() -> None:
     sets = make_sets({"a": planes(9), "b": planes(5, 2), "c": planes(2)})
     net = NetContents(sets, means=compute_means(sets), circles=False)
     artists = draw(net)
@@ -150,7 +150,7 @@ def test_means_are_open_symbols_at_their_places() -> None:
 
 
 @pytest.mark.full
-def test_great_circles_are_those_of_the_planes_and_many_are_pale() -> None:
+def test_great_circles_match_the_planes_and_many_are_pale() -> None:
     for n, steps in ((5, 61), (100, 61), (101, 31)):
         sets = make_sets({"a": planes(n)})
         artists = draw(NetContents(sets, circles=True))
@@ -177,7 +177,7 @@ def test_great_circles_are_those_of_the_planes_and_many_are_pale() -> None:
     assert alphas == pytest.approx([1.0, 1.0, 0.4, 0.15, 0.15])
 
 
-def test_the_caption_says_how_many_great_circles_are_left_out() -> None:
+def test_caption_states_how_many_great_circles_are_left_out() -> None:
     def words(n: int, **more: object) -> list[str]:
         net = NetContents(make_sets({"a": planes(n)}), **more)  # type: ignore[arg-type]
         return [t.get_text() for t in draw(net, 600, 400).axes.texts]
@@ -192,7 +192,7 @@ def symbols(artists: NetArtists, marker: str) -> list[Line2D]:
     return [line for line in artists.axes.lines if line.get_marker() == marker]
 
 
-def test_lines_that_point_up_are_hollow_at_their_lower_end() -> None:
+def test_upward_lines_are_hollow_symbols_at_their_lower_end() -> None:
     sets = make_sets({"a": ("line", [10.0, 50, 90], [30.0, -20, -60])})
     artists = draw(NetContents(sets))
     marker = sets[0].marker
@@ -206,7 +206,7 @@ def test_lines_that_point_up_are_hollow_at_their_lower_end() -> None:
     assert hollow.get_markerfacecolor() == STYLE.net
 
 
-def test_the_legend_has_the_colour_of_the_great_circles() -> None:
+def test_legend_uses_the_drawn_colour_of_the_great_circles() -> None:
     """A yellow line is darkened on white, in the net and in the legend."""
     net = NetContents(tuple(replace(s, color="#f0e442") for s in make_sets({"a": planes(5)})))
     artists = draw(net)
@@ -231,7 +231,7 @@ def away(box: tuple[float, float, float, float], centre: tuple[float, float]) ->
 @pytest.mark.parametrize(("width", "height"), first_in_default_tier(SIZES))
 @pytest.mark.parametrize("sets", first_in_default_tier([3, 12, 40]))
 @pytest.mark.parametrize("contour", first_in_default_tier([None, "kamb"]))
-def test_no_word_of_legend_and_caption_lies_on_the_net_and_the_net_has_its_share(
+def test_legend_and_caption_do_not_overlap_the_net_which_keeps_its_share(
     width: int, height: int, sets: int, contour: str | None
 ) -> None:
     """However many sets there are: those without room are counted in the last row."""
@@ -271,7 +271,7 @@ def box_of(place: tuple[float, float], text: str) -> tuple[float, float, float, 
     return (place[0], place[1] - 6.2, place[0] + text_width(text, 10.0), place[1] + 6.2)
 
 
-def test_a_label_stands_beside_its_own_mark_and_on_nothing_else() -> None:
+def test_label_is_placed_beside_its_mark_without_overlaps() -> None:
     rng = np.random.default_rng(2)
     placed = 0
     for _ in range(60):
@@ -298,7 +298,7 @@ def test_a_label_stands_beside_its_own_mark_and_on_nothing_else() -> None:
     assert placed > 150
 
 
-def test_a_label_with_room_leaves_its_mark_free_and_stands_near_it() -> None:
+def test_unobstructed_label_is_near_its_mark_without_covering_it() -> None:
     """The mark of a mean is as wide as a letter is high."""
     for x, y in ((150.0, 100.0), (120.0, 130.0), (170.0, 60.0)):
         mark = np.array([x, y])
@@ -307,7 +307,7 @@ def test_a_label_with_room_leaves_its_mark_free_and_stands_near_it() -> None:
         assert 6.0 <= away(box_of(place, "beta"), (x, y)) <= 12.0
 
 
-def test_a_label_avoids_poles_and_the_rim_where_it_can() -> None:
+def test_label_avoids_poles_and_the_rim_if_possible() -> None:
     sheet = Sheet()
     mark = np.array([150.0, 100.0])
     alone = find_label_position(sheet, mark, "beta", np.zeros((0, 2)), [mark])
@@ -327,7 +327,7 @@ def test_a_label_avoids_poles_and_the_rim_where_it_can() -> None:
     assert max(math.hypot(x - 150, y - 100) for x, y in corners) <= 80.0
 
 
-def test_there_is_no_label_where_there_is_no_room() -> None:
+def test_label_is_omitted_if_it_does_not_fit() -> None:
     sheet = Sheet()
     mark = np.array([150.0, 100.0])
     sheet.text_boxes = [(0.0, 0.0, 300.0, 200.0)]
@@ -361,7 +361,7 @@ def test_levels_of_contours_are_even_round_and_at_most_eight(method: str) -> Non
     assert choose_round_levels(30.0, "kamb") == [4.0, 8.0, 12.0, 16.0, 20.0, 24.0, 28.0]
 
 
-def test_a_selection_does_not_change_the_net_that_it_is_drawn_on() -> None:
+def test_selection_does_not_change_the_net_contents() -> None:
     sets = make_sets({"a": planes(9)}, {"a": [str(i) for i in range(9)]})
     artists = draw(NetContents(sets))
     artists.select({"3", "4"})
@@ -373,7 +373,7 @@ def test_a_selection_does_not_change_the_net_that_it_is_drawn_on() -> None:
 
 @pytest.mark.parametrize("turn", range(0, 360, 30))
 @pytest.mark.parametrize("share", [0.6, 0.78])
-def test_a_label_near_the_rim_stands_within_it_on_every_side(turn: int, share: float) -> None:
+def test_label_near_the_rim_stays_inside_on_every_side(turn: int, share: float) -> None:
     sheet = Sheet()
     way = np.array([math.cos(math.radians(turn)), math.sin(math.radians(turn))])
     mark = np.array([150.0, 100.0]) + share * 80.0 * way
@@ -386,7 +386,7 @@ def test_a_label_near_the_rim_stands_within_it_on_every_side(turn: int, share: f
     assert away(box, (float(mark[0]), float(mark[1]))) <= 2.6 * 1.1 * 10.0
 
 
-def test_a_label_goes_where_it_hides_the_fewest_poles() -> None:
+def test_label_is_placed_where_it_hides_the_fewest_poles() -> None:
     """Poles all about but to the left."""
     rng = np.random.default_rng(4)
     for gap in (90.0, 180.0, 270.0, 0.0):
@@ -405,7 +405,7 @@ def test_a_label_goes_where_it_hides_the_fewest_poles() -> None:
 
 
 @pytest.mark.parametrize("projection", ["area", "angle"])
-def test_poles_of_planes_and_lines_that_point_down_are_full_and_each_is_drawn_once(
+def test_poles_and_downward_lines_are_filled_and_each_is_drawn_once(
     projection: str,
 ) -> None:
     """Overturned and level ones too; only lines can point up."""
@@ -434,7 +434,7 @@ def test_poles_of_planes_and_lines_that_point_down_are_full_and_each_is_drawn_on
     assert [len(line.get_xdata()) for line in bare.poles] == [0, 0, 0]
 
 
-def test_what_is_pointed_at_lies_over_what_it_is_pointed_out_of() -> None:
+def test_highlighted_items_are_drawn_above_the_rest() -> None:
     """Density and its contours under great circles, these under poles; a fold and means over them,
     a selection over all features, and words over everything."""
     sets = make_sets({"a": planes(9)}, {"a": [str(i) for i in range(9)]})
@@ -492,7 +492,7 @@ def test_what_is_pointed_at_lies_over_what_it_is_pointed_out_of() -> None:
         assert ring.get_zorder() < sign.get_zorder() < axes.texts[0].get_zorder()
 
 
-def test_lines_that_say_most_are_the_heaviest_and_contours_the_finest() -> None:
+def test_most_important_lines_are_the_widest_and_contours_the_finest() -> None:
     """In widths of the style's line: contours and the frames of their bar about a half, the rim,
     its ticks and a fold about one, and the open symbols of means about two."""
     sets = make_sets({"a": planes(9), "l": ("line", [10.0, 50, 90], [30.0, -20, -60])})
@@ -535,7 +535,7 @@ def test_lines_that_say_most_are_the_heaviest_and_contours_the_finest() -> None:
 
 @pytest.mark.parametrize("side", [200, 280, 340])
 @pytest.mark.parametrize("count", [1, 8])
-def test_a_brief_net_fills_its_square_and_leaves_a_row_below(side: int, count: int) -> None:
+def test_compact_net_fills_its_square_and_leaves_a_row_below(side: int, count: int) -> None:
     sets = make_sets({f"Joints J{k}": planes(8, k) for k in range(count)})
     net = NetContents(sets, fold=folded(), averages=("some", "words"), compact=True)
     full, brief = draw(net, side, side), draw(replace(net, brief=True), side, side)
@@ -552,7 +552,7 @@ def test_a_brief_net_fills_its_square_and_leaves_a_row_below(side: int, count: i
     assert any(word.startswith("β") for word in words)
 
 
-def test_no_label_lies_where_the_screen_names_the_selection() -> None:
+def test_no_label_covers_the_selection_name_on_the_screen() -> None:
     """In the top left corner of a net with a legend."""
     for azimuth in range(90, 180, 10):
         sets = make_sets({"a": ("plane", [azimuth - 1.0, azimuth, azimuth + 1.0], [80.0] * 3)})

@@ -55,7 +55,7 @@ def draw(net: NetContents, style: NetStyle | None = None) -> NetArtists:
     return draw_stereonet(figure, net, style or NetStyle.dock())
 
 
-def test_sets_take_the_colours_and_symbols_in_order_and_never_the_same_pair_soon() -> None:
+def test_sets_take_colours_and_symbols_in_order_without_early_repeats() -> None:
     sets = make_sets({f"s{i}": BEDS for i in range(20)})
     assert [s.color for s in sets[:8]] == list(OKABE_ITO)
     assert [s.marker for s in sets[:8]] == list(MARKERS)
@@ -65,14 +65,14 @@ def test_sets_take_the_colours_and_symbols_in_order_and_never_the_same_pair_soon
         make_sets({"a": ("curve", [1], [1])})
 
 
-def test_planes_are_shown_by_their_poles_and_lines_as_they_are() -> None:
+def test_planes_are_shown_as_poles_and_lines_as_directions() -> None:
     beds, striae = make_sets({"b": BEDS, "s": STRIAE})
     assert beds.vectors()[1] == pytest.approx(Plane(134, 42).pole().vector())
     assert striae.vectors()[1] == pytest.approx(Line(312, 57).vector())
     assert (len(beds), len(striae)) == (3, 2)
 
 
-def test_sets_of_three_or_more_have_a_mean_with_its_words() -> None:
+def test_sets_of_three_or_more_have_a_labelled_mean() -> None:
     sets = make_sets({"b": BEDS, "s": STRIAE, "l": ("line", [10.0, 12, 11], [5.0, 5, 5])})
     beds, lines = compute_means(sets, "strike/dip", 1)
     assert beds.label == "042.0/41.0 RHR"
@@ -85,7 +85,7 @@ def test_sets_of_three_or_more_have_a_mean_with_its_words() -> None:
     assert compute_means(even) == ()
 
 
-def test_great_circles_are_shown_while_there_are_few_unless_it_is_asked_otherwise() -> None:
+def test_few_great_circles_are_shown_unless_requested_otherwise() -> None:
     few = NetContents(make_sets({"a": some(MAX_AUTOMATIC_CIRCLES)}))
     many = NetContents(make_sets({"a": some(MAX_AUTOMATIC_CIRCLES), "b": some(1)}))
     lines = NetContents(
@@ -96,7 +96,7 @@ def test_great_circles_are_shown_while_there_are_few_unless_it_is_asked_otherwis
     assert not shows_all_circles(replace(few, circles=False))
 
 
-def test_the_legend_says_what_each_symbol_is() -> None:
+def test_legend_describes_each_symbol() -> None:
     fold = fold_axis(*some(30, 3)[1:])
     sets = make_sets({"Beds": BEDS, "Striae": STRIAE})
     style = NetStyle()
@@ -140,7 +140,7 @@ def test_the_legend_says_what_each_symbol_is() -> None:
     assert legend_entries(NetContents(fold=two), style)[0].text == "β, n = 2"
 
 
-def test_a_text_is_shortened_to_what_fits() -> None:
+def test_text_is_shortened_to_the_available_width() -> None:
     words = "Joint set of the upper unit"
     width = text_width(words, 8.0)
     assert shorten_text(words, 8.0, width) == words
@@ -170,30 +170,30 @@ DEEP = ["#000000", "#0072b2", "#0072B2", "#101060", "#301010", "#204020", "#4040
 
 
 @pytest.mark.parametrize("color", DEEP)
-def test_deep_colours_are_lifted_on_a_dark_net_and_left_on_a_light_one(color: str) -> None:
+def test_dark_colours_are_lightened_on_a_dark_net_and_kept_on_a_light_one(color: str) -> None:
     dark = NetStyle.dark()
     assert contrast(dark.color(color), dark.net) >= 3.0
     assert NetStyle().color(color) == color
 
 
 @pytest.mark.parametrize("color", ["#ffffff", "#e69f00", "#56b4e9"])
-def test_colours_that_are_seen_on_a_dark_net_are_left(color: str) -> None:
+def test_colours_visible_on_a_dark_net_are_kept(color: str) -> None:
     assert NetStyle.dark().color(color) == color
 
 
-def test_swapped_colours_are_found_however_they_are_written() -> None:
+def test_replaced_colours_are_matched_in_any_case() -> None:
     assert NetStyle.dark().color("#0072b2") == NetStyle.dark().color("#0072B2") == "#3d9be0"
 
 
 @pytest.mark.parametrize("color", ["#f0e442", "#ffffe0", "#ffffff", "#000000", "#d55e00"])
-def test_thin_lines_are_never_lost_on_their_ground(color: str) -> None:
+def test_thin_lines_keep_contrast_to_their_background(color: str) -> None:
     style = NetStyle()
     drawn = style.outline(color)
     assert contrast(drawn, style.net) >= 1.8
     assert (drawn == color) == (contrast(color, style.net) >= 1.8)
 
 
-def test_variants_of_a_set_are_full_open_pale_and_deep_and_then_full_again() -> None:
+def test_variants_of_a_set_cycle_through_full_open_pale_and_deep() -> None:
     style = NetStyle()
     (s,) = make_sets({"a": BEDS})
     faces = [style.symbol(replace(s, variant=k))[0] for k in range(5)]
@@ -206,14 +206,14 @@ def test_variants_of_a_set_are_full_open_pale_and_deep_and_then_full_again() -> 
     assert style.symbol(cross)[:2] == (s.color, s.color)
 
 
-def test_symbols_get_smaller_where_they_are_many() -> None:
+def test_symbols_shrink_with_their_number() -> None:
     sizes = [symbol_scale(n) for n in (0, 1, 100, 300, 1000, 10_000, 10**6)]
     assert sizes[:3] == [1.0, 1.0, 1.0]
     assert sizes[4:] == [0.7, 0.4, 0.4]
     assert 0.7 < sizes[3] < 1.0
 
 
-def test_a_dock_has_its_sizes_in_pixels_of_the_screen() -> None:
+def test_dock_sizes_are_in_screen_pixels() -> None:
     coarse, fine = NetStyle.dock(dpi=72.0, font_px=12.0), NetStyle.dock(dpi=144.0, font_px=12.0)
     assert coarse.font_pt == pytest.approx(12.0)
     for name in ("font_pt", "marker_pt", "line_pt"):
@@ -233,7 +233,7 @@ def rings(artists: NetArtists) -> list[Line2D]:
     return [a for a in artists.emphasis if isinstance(a, Line2D) and a.get_marker() != "None"]
 
 
-def test_selected_features_are_ringed_where_they_are_with_their_great_circles() -> None:
+def test_selected_features_get_rings_and_great_circles() -> None:
     net = ids(NetContents(make_sets({"b": BEDS, "s": STRIAE}), circles=False))
     artists = draw(replace(net, selected=frozenset({"b0", "b2", "s1", "nothing"})))
     beds, striae = rings(artists)
@@ -257,7 +257,7 @@ def test_selected_features_are_ringed_where_they_are_with_their_great_circles() 
     assert draw(net).emphasis == []
 
 
-def test_circles_of_a_large_selection_are_left_out_where_poles_are_shown() -> None:
+def test_circles_of_a_large_selection_are_omitted_if_poles_are_shown() -> None:
     net = ids(NetContents(make_sets({"b": some(60)}), circles=False))
     everything = frozenset(net.sets[0].ids)
     few = frozenset(list(net.sets[0].ids)[:MAX_AUTOMATIC_CIRCLES])
@@ -280,7 +280,7 @@ def test_rings_of_thousands_are_thin_and_small() -> None:
 
 
 @pytest.mark.parametrize("projection", ["area", "angle"])
-def test_the_ellipse_of_the_selected_is_drawn(projection: str) -> None:
+def test_ellipse_of_the_selected_feature_is_drawn(projection: str) -> None:
     ellipse = NetEllipse(Plane(130, 40), 6, 2, 70)
     net = NetContents(make_sets({"b": BEDS}), projection=projection, ellipses=(ellipse,))
     (drawn,) = [a for a in draw(net).emphasis if isinstance(a, Line2D)]
@@ -288,7 +288,7 @@ def test_the_ellipse_of_the_selected_is_drawn(projection: str) -> None:
     assert places(drawn) == pytest.approx(project(outline, projection), abs=1e-9)
 
 
-def test_a_pointer_reaches_a_pole_within_its_reach_and_the_last_of_equals() -> None:
+def test_pointer_finds_a_pole_within_its_radius_and_the_last_of_equals() -> None:
     net = ids(NetContents(make_sets({"a": BEDS, "b": BEDS}), circles=True))
     artists = draw(net)
     x, y = project(net.sets[0].vectors()[1], "area")[0] * artists.radius_px + artists.centre_px

@@ -41,7 +41,7 @@ def net(known: RotationErrors | None, *, compact: bool = False) -> NetContents:
     )
 
 
-def test_beta_has_one_ellipse_with_the_registration() -> None:
+def test_beta_ellipse_includes_the_registration_error() -> None:
     """Turns alike about all axes add the root of 5.99 times their standard deviation."""
     with_it, without = net(rotation_errors()).fold, net(None).fold
     assert with_it is not None
@@ -54,7 +54,7 @@ def test_beta_has_one_ellipse_with_the_registration() -> None:
     assert large.min_angle_deg**2 == pytest.approx(own.min_angle_deg**2 + added, rel=1e-3)
 
 
-def test_a_mean_that_turns_by_two_degrees_has_them_and_its_own_cone() -> None:
+def test_total_error_of_a_mean_combines_its_cone_and_the_rotation_error() -> None:
     (mean,) = net(rotation_errors()).means
     assert mean.total is not None
     (larger,) = net(rotation_errors(4.0)).means
@@ -70,7 +70,7 @@ def test_the_legend_names_the_ellipse_of_means() -> None:
     assert len(known) == len(unknown) + 1
 
 
-def test_selecting_draws_it_and_deselecting_takes_it_away() -> None:
+def test_selecting_draws_the_ellipse_and_deselecting_removes_it() -> None:
     shown = net(rotation_errors())
     drawn = draw_stereonet(Figure(figsize=(6.0, 4.0)), shown)
     before = len(drawn.axes.lines)
@@ -81,7 +81,7 @@ def test_selecting_draws_it_and_deselecting_takes_it_away() -> None:
     assert len(drawn.axes.lines) == before
 
 
-def test_a_table_with_the_column_has_it_on_its_net(tmp_path: Path) -> None:
+def test_table_with_registration_errors_shows_them_on_its_net(tmp_path: Path) -> None:
     path = tmp_path / "beds.csv"
     rows = [f"{a},{d},2.5" for a, d in zip(AZIMUTH, DIP, strict=True)]
     path.write_text("\n".join(["dip_direction_deg,dip_deg,registration_error_deg", *rows]))
@@ -92,7 +92,7 @@ def test_a_table_with_the_column_has_it_on_its_net(tmp_path: Path) -> None:
     assert shown.means[0].total is not None
 
 
-def test_what_is_added_is_alike_in_all_directions() -> None:
+def test_added_error_is_the_same_in_all_directions() -> None:
     largest, smallest = enlarged_semi_axes([3.0, 3.0, 40.0], [1.0, 1.0, 2.0], [5.0, 3.0, 90.0])
     assert largest == pytest.approx([5.0, 3.0, 90.0])
     # 3-4-5; nothing; a plane that may turn about its line is as well known across it as before.

@@ -106,7 +106,7 @@ def drawn(artists: NetArtists) -> list[Any]:
 @pytest.mark.parametrize(
     ("contour", "width", "height"), [(None, 480, 326), ("kamb", 480, 326), ("kamb", 260, 520)]
 )
-def test_a_sheet_and_a_style_twice_as_large_are_the_same_picture(
+def test_doubling_sheet_and_style_gives_the_same_picture(
     contour: str | None, width: float, height: float
 ) -> None:
     net, factor = full(contour), 2.0
@@ -184,7 +184,7 @@ def test_the_net_is_as_large_as_its_surroundings_allow(
 @pytest.mark.parametrize("title", ["", "Limb", "Limb of the Big Elk on a day of rain, twice"])
 @pytest.mark.parametrize("contour", [None, "schmidt"])
 @pytest.mark.parametrize("name", ["A", "Joints of the upper unit"])
-def test_a_legend_beside_the_net_is_as_wide_as_its_words(
+def test_legend_beside_the_net_is_as_wide_as_its_texts(
     title: str, contour: str | None, name: str
 ) -> None:
     """With their symbols, its title to 40 letters, the caption and the name of the bar."""
@@ -199,7 +199,7 @@ def test_a_legend_beside_the_net_is_as_wide_as_its_words(
     assert text_width("Limb", 8.0, "bold") > text_width("Limb", 8.0)
 
 
-def test_a_long_legend_beside_the_net_ends_over_the_caption() -> None:
+def test_long_legend_beside_the_net_ends_above_the_caption() -> None:
     """As many rows as there is height for, and no more."""
     counts = []
     for contour in (None, "kamb"):
@@ -248,14 +248,14 @@ def test_long_names_are_wrapped_in_print_and_shortened_on_the_screen(
     assert all(f"{name}, poles (n = 4)" in whole for name in names), words
 
 
-def test_a_long_title_is_shortened_and_never_cut_by_the_paper() -> None:
+def test_long_title_is_shortened_and_not_clipped() -> None:
     net = NetContents(title="Limb of the Big Elk, measured twice " * 4)
     artists = draw(net, ONE, 260, 300)
     assert any(text.get_text().endswith("…") for text in artists.axes.texts)
     assert max(box[2] for box in artists.text_boxes) <= 260 - 0.8 * ONE.font_pt + 1e-6
 
 
-def test_every_symbol_of_the_legend_stands_before_its_words() -> None:
+def test_every_legend_symbol_precedes_its_text() -> None:
     net = replace(full(None), selected=frozenset(), title="")
     for width, height in ((480, 326), (260, 520)):
         artists = draw(net, ONE, width, height)
@@ -280,7 +280,7 @@ def symbol_width(s: NetSet, variant: int) -> float:
     return ONE.symbol(replace(s, variant=variant))[2] / ONE.line_pt
 
 
-def test_rims_of_symbols_are_as_wide_as_their_variant_asks() -> None:
+def test_symbol_edges_have_the_width_of_their_variant() -> None:
     (s,) = make_sets({"a": cluster(4, 0)})
     assert [symbol_width(s, k) for k in range(5)] == pytest.approx([0.5, 1.5, 1.2, 0.5, 0.5])
     # A light colour is rimmed with a deeper one, a little wider; arms of a cross are not.
@@ -308,7 +308,7 @@ def test_rings_grow_thinner_and_smaller_with_their_number(n: int, background: in
     assert ring.get_markeredgewidth() == pytest.approx((1.6 - 1.2 * share) * ONE.line_pt)
 
 
-def test_the_lines_of_a_net_have_their_widths() -> None:
+def test_selection_lines_have_the_expected_widths() -> None:
     net = replace(full(None), contour=None)
     artists = draw(replace(net, sets=net.sets[:1], selected=frozenset({"Set 0.1"})), ONE, 480, 326)
     bands = [a for a in artists.emphasis if isinstance(a, LineCollection)]
@@ -319,7 +319,7 @@ def test_the_lines_of_a_net_have_their_widths() -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("compact", [False, True])
-def test_a_selection_draws_all_anew_only_where_the_legend_changes(compact: bool) -> None:
+def test_selection_redraws_the_net_only_if_the_legend_changes(compact: bool) -> None:
     net = replace(full(None), selected=frozenset(), ellipses=(), compact=compact)
     artists = draw(net, ONE, 480, 326)
     ellipse = NetEllipse(Plane(132, 41), 6, 2, 70)
@@ -338,7 +338,7 @@ def test_a_selection_draws_all_anew_only_where_the_legend_changes(compact: bool)
     assert [ax for ax in figure.axes if ax.has_data()] == [artists.axes]
 
 
-def test_a_figure_is_cleared_before_it_is_drawn_on() -> None:
+def test_figure_is_cleared_before_redrawing() -> None:
     figure = Figure(figsize=(5, 4))
     FigureCanvasAgg(figure)
     draw_stereonet(figure, full(None), ONE)
@@ -347,7 +347,7 @@ def test_a_figure_is_cleared_before_it_is_drawn_on() -> None:
 
 
 @pytest.mark.parametrize(("width", "height"), [(480, 326), (260, 520)])
-def test_a_pixel_and_its_place_on_the_net_lead_to_each_other(width: float, height: float) -> None:
+def test_pixels_and_net_positions_map_both_ways(width: float, height: float) -> None:
     artists = draw(full(None), ONE, width, height)
     (cx, cy), r = artists.centre_px, artists.radius_px
     for x, y in np.random.default_rng(0).uniform(-1.5, 1.5, (20, 2)):
@@ -360,7 +360,7 @@ def test_a_pixel_and_its_place_on_the_net_lead_to_each_other(width: float, heigh
 
 @pytest.mark.parametrize("n", [500, 501, 2000, 2001])
 @pytest.mark.parametrize("contour", [None, "kamb"])
-def test_poles_are_dots_over_contours_and_lose_their_rims_where_they_are_many(
+def test_poles_over_contours_are_dots_and_many_lose_their_edges(
     n: int, contour: str | None
 ) -> None:
     net = NetContents(make_sets({"a": cluster(n, 0)}), contour=contour)
@@ -402,9 +402,7 @@ def test_contours_are_shaded_evenly_in_the_colours_of_their_bar(dark: bool) -> N
 
 
 @pytest.mark.parametrize(("width", "height"), [(480, 326), (260, 520)])
-def test_the_bar_of_contours_stands_beside_the_net_under_its_name(
-    width: float, height: float
-) -> None:
+def test_contour_bar_is_beside_the_net_below_its_name(width: float, height: float) -> None:
     artists = draw(full("kamb"), ONE, width, height)
     cy, r, font = artists.centre_px[1], artists.radius_px, ONE.font_pt
     bar = [p for p in artists.axes.patches if isinstance(p, Rectangle)]
@@ -427,7 +425,7 @@ def test_the_bar_of_contours_stands_beside_the_net_under_its_name(
         assert bar[0].get_x() == pytest.approx(width - 0.8 * font - 3.2 * font)
 
 
-def test_the_legend_draws_lines_as_they_are_on_the_net() -> None:
+def test_legend_draws_lines_as_on_the_net() -> None:
     """A great circle whole, the circle of a fold in dashes, each as long as one and a half
     letters, before its words; a mean open and larger than a pole."""
     net = replace(full(None), selected=frozenset(), ellipses=(), circles=True)

@@ -24,7 +24,7 @@ def of_the_dock(figure: Figure):
 
 
 @pytest.mark.parametrize("drawn", [plain, of_the_dock])
-def test_an_arrow_at_the_rim_leaves_the_letter_whole(drawn) -> None:
+def test_rim_arrow_does_not_cover_the_north_letter(drawn) -> None:
     figure = Figure(figsize=(3.0, 3.2), dpi=200)
     canvas = FigureCanvasAgg(figure)
     axes = drawn(figure)

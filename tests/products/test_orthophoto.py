@@ -72,7 +72,7 @@ def quad(corners: Any, colors: Any = None, material: Material | None = None) -> 
 
 @pytest.mark.parametrize(("trend", "plunge"), first_in_default_tier(VIEWS, 3))
 @pytest.mark.parametrize("gsd", first_in_default_tier([0.0041, 0.0093], 3))
-def test_dots_of_a_texture_lie_where_the_matrix_says(tmp_path, trend, plunge, gsd) -> None:  # type: ignore[no-untyped-def]
+def test_texture_marks_are_drawn_at_their_matrix_positions(tmp_path, trend, plunge, gsd) -> None:  # type: ignore[no-untyped-def]
     mesh, places = marked_mesh(tmp_path)
     _, rgba, depth, facts = make(mesh, view_along_line(trend, plunge), tmp_path, gsd)
     matrix = np.array(facts["pixel_to_world"])
@@ -87,7 +87,7 @@ def test_dots_of_a_texture_lie_where_the_matrix_says(tmp_path, trend, plunge, gs
 
 
 @pytest.mark.parametrize(("trend", "plunge"), first_in_default_tier(VIEWS))
-def test_dots_of_a_cloud_lie_where_the_matrix_says(tmp_path, trend, plunge) -> None:  # type: ignore[no-untyped-def]
+def test_cloud_marks_are_drawn_at_their_matrix_positions(tmp_path, trend, plunge) -> None:  # type: ignore[no-untyped-def]
     cloud, places = marked_cloud()
     gsd = 0.01
     output, rgba, _, facts = make(cloud, view_along_line(trend, plunge), tmp_path, gsd)
@@ -123,7 +123,7 @@ def test_a_mesh_pixel_with_its_depth_is_a_point_of_the_mesh(tmp_path: Path) -> N
     assert facts["reference_point"] == pytest.approx((UTM + (1.5, 1, 1)).tolist())
 
 
-def test_the_nearest_surface_is_seen_and_depth_grows_away(tmp_path: Path) -> None:
+def test_nearest_surface_is_visible_and_depth_increases_with_distance(tmp_path: Path) -> None:
     square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
     low, high = quad(square), quad(square * (0.5, 1, 1) + (0, 0, 2))
     both = Mesh(
@@ -157,7 +157,7 @@ def test_flipping_mirrors_left_and_right(tmp_path: Path) -> None:
         assert facts["plunge_deg"] == -plunge
 
 
-def test_a_vertical_plane_is_looked_at_toward_its_dip_direction_plus_180() -> None:
+def test_vertical_plane_is_viewed_toward_dip_direction_plus_180() -> None:
     view = view_against_plane(Plane(120.0, 90.0))
     assert view.trend_deg == pytest.approx(300.0)
     assert view.plunge_deg == pytest.approx(0.0)
@@ -186,7 +186,7 @@ def gutter(inside_out: bool) -> Mesh:
     return replace(mesh, faces=mesh.faces[:, ::-1].copy()) if inside_out else mesh
 
 
-def test_an_axis_is_looked_along_from_the_exposed_side() -> None:
+def test_axis_is_viewed_from_the_exposed_side() -> None:
     cliff = gutter(False)
     toward = view_along_axis(0.0, 10.0, cliff, SAME)  # North, down: the cliff faces the viewer
     assert (toward.sense, toward.trend_deg, toward.plunge_deg) == ("down-plunge", 0.0, 10.0)
@@ -218,7 +218,7 @@ def test_the_exposed_side_of_a_cloud_is_found_with_and_without_normals() -> None
 
 
 @pytest.mark.parametrize("kind", ["mesh", "cloud"])
-def test_turning_world_and_view_together_changes_nothing(tmp_path: Path, kind: str) -> None:
+def test_rotating_world_and_view_together_changes_nothing(tmp_path: Path, kind: str) -> None:
     data = marked_mesh(tmp_path)[0] if kind == "mesh" else marked_cloud(40_000)[0]
     c, s = np.cos(np.radians(30)), np.sin(np.radians(30))
     turn = np.array([(c, -s, 0), (s, c, 0), (0, 0, 1)])  # anticlockwise: azimuths fall by 30
@@ -263,7 +263,7 @@ def test_a_steep_face_stays_sharp_across_its_slope(tmp_path: Path) -> None:
     assert row.max() > 215
 
 
-def test_vertex_colours_blend_and_materials_without_texture_show_their_own(tmp_path: Path) -> None:
+def test_vertex_colours_blend_and_untextured_materials_show_their_colour(tmp_path: Path) -> None:
     square = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
     west, east = (0, 0, 0), (200, 100, 0)
     _, rgba, _, _ = make(
@@ -275,7 +275,7 @@ def test_vertex_colours_blend_and_materials_without_texture_show_their_own(tmp_p
     assert (rgba[..., :3] == (204, 51, 0)).all()
 
 
-def test_an_unreadable_texture_is_named_and_the_rest_drawn(tmp_path: Path) -> None:
+def test_unreadable_texture_is_reported_and_the_rest_is_drawn(tmp_path: Path) -> None:
     (tmp_path / "bad.jpg").write_bytes(b"not a picture")
     mesh = quad(
         [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], None, Material("m", tmp_path / "bad.jpg")
@@ -286,7 +286,9 @@ def test_an_unreadable_texture_is_named_and_the_rest_drawn(tmp_path: Path) -> No
 
 
 @pytest.mark.full
-def test_edges_are_smoothed_and_tiles_fit(tmp_path: Path, monkeypatch: Any) -> None:
+def test_edges_are_smoothed_and_tiles_match_the_whole_picture(
+    tmp_path: Path, monkeypatch: Any
+) -> None:
     mesh, _ = marked_mesh(tmp_path)
     cloud, _ = marked_cloud(40_000)
     for data, tolerance in ((mesh, 0), (cloud, 1)):
@@ -311,7 +313,7 @@ def _sources() -> tuple[Any, Any]:
     return mesh_picture, cloud_picture
 
 
-def test_small_holes_of_a_cloud_are_closed_and_large_ones_stay(tmp_path: Path) -> None:
+def test_small_holes_of_a_cloud_are_closed_and_large_ones_stay_open(tmp_path: Path) -> None:
     g = np.arange(0, 2, 0.02)
     x, y = (k.ravel() for k in np.meshgrid(g, g))
     small = np.hypot(x - 0.5, y - 0.5) < 0.035
@@ -333,7 +335,7 @@ def test_small_holes_of_a_cloud_are_closed_and_large_ones_stay(tmp_path: Path) -
 # Files ----------------------------------------------------------------------------------------
 
 
-def test_a_map_carries_the_projects_crs_and_a_world_file(tmp_path: Path) -> None:
+def test_map_has_the_crs_of_the_project_and_a_world_file(tmp_path: Path) -> None:
     mesh, places = marked_mesh(tmp_path)
     planned = plan(mesh, view_along_line(0, 90), to_world=SAME, gsd=0.01)
     output = write_orthophoto(mesh, planned, tmp_path / "m.tif", crs="EPSG:32615")
@@ -355,7 +357,7 @@ def test_a_map_carries_the_projects_crs_and_a_world_file(tmp_path: Path) -> None
         assert file.colorinterp[3].name == "alpha"
 
 
-def test_an_oblique_picture_never_lands_on_a_map(tmp_path: Path) -> None:
+def test_oblique_picture_has_no_map_crs(tmp_path: Path) -> None:
     mesh, _ = marked_mesh(tmp_path)
     make(mesh, view_along_line(0, 90), tmp_path, 0.05)
     assert (tmp_path / "o.tfw").exists()
@@ -381,7 +383,7 @@ def test_an_oblique_picture_never_lands_on_a_map(tmp_path: Path) -> None:
             assert "as given" in file.tags()["VOMSTUDIO_SENSE"]
 
 
-def test_other_axes_and_units_reach_world_first(tmp_path: Path) -> None:
+def test_other_axes_and_units_are_converted_to_world_first(tmp_path: Path) -> None:
     square = quad(np.array([(0, 0, 0), (1, 0, 0), (1, 0, -2), (0, 0, -2)]) * 1000.0)
     millimetres_y_up = 0.001 * np.array([(1, 0, 0, 0), (0, 0, -1, 0), (0, 1, 0, 0), (0, 0, 0, 1e3)])
     planned = plan(square, view_along_line(0, 90), to_world=millimetres_y_up, gsd=0.1)
@@ -389,7 +391,7 @@ def test_other_axes_and_units_reach_world_first(tmp_path: Path) -> None:
     assert planned.reference == pytest.approx((0.5, 1.0, 0.0))
 
 
-def test_the_default_pixel_is_what_the_model_can_show(tmp_path: Path) -> None:
+def test_default_pixel_size_matches_the_model_resolution(tmp_path: Path) -> None:
     mesh, _ = marked_mesh(tmp_path)
     planned = plan(mesh, view_along_line(0, 90), to_world=SAME)
     assert planned.grid.gsd == pytest.approx(SPAN / 800, rel=0.15)
@@ -402,7 +404,7 @@ def test_the_default_pixel_is_what_the_model_can_show(tmp_path: Path) -> None:
     assert planned.notes[0].code == "gsd.spacing"
 
 
-def test_a_picture_too_large_is_refused_with_a_pixel_that_would_do(tmp_path: Path) -> None:
+def test_too_large_picture_is_rejected_with_a_suitable_pixel_size(tmp_path: Path) -> None:
     mesh, _ = marked_mesh(tmp_path)
     view = view_along_line(40, 35)
     with refused("gsd.too-many-pixels", UsageError) as caught:
@@ -420,7 +422,7 @@ def test_models_without_a_surface_are_refused() -> None:
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])
-def test_a_handful_of_points_makes_a_picture(tmp_path: Path, n: int) -> None:
+def test_few_points_make_a_picture(tmp_path: Path, n: int) -> None:
     cloud = PointCloud(UTM + np.arange(3 * n).reshape(n, 3))
     output, rgba, _, _ = make(cloud, view_along_line(0, 45), tmp_path, None)
     assert rgba[..., 3].any()
@@ -439,7 +441,7 @@ def test_an_existing_file_is_kept_unless_forced(tmp_path: Path) -> None:
         (tmp_path / name).unlink()
 
 
-def test_stopping_or_failing_leaves_nothing(tmp_path: Path, monkeypatch: Any) -> None:
+def test_cancelled_or_failed_orthophoto_leaves_no_files(tmp_path: Path, monkeypatch: Any) -> None:
     mesh, _ = marked_mesh(tmp_path)
     before = sorted(tmp_path.iterdir())
     planned = plan(mesh, view_along_line(0, 90), to_world=SAME, gsd=0.1)
@@ -467,7 +469,7 @@ def test_stopping_or_failing_leaves_nothing(tmp_path: Path, monkeypatch: Any) ->
 # Sheets ---------------------------------------------------------------------------------------
 
 
-def test_a_view_of_a_model_without_north_and_scale_names_no_winds_and_no_metres(
+def test_view_without_north_and_scale_names_no_compass_points_or_metres(
     tmp_path: Path,
 ) -> None:
     from vomstudio.products.ortho.view_description import end_labels
@@ -489,7 +491,7 @@ def test_a_view_of_a_model_without_north_and_scale_names_no_winds_and_no_metres(
 
 
 @pytest.mark.full
-def test_the_sheet_says_which_way_is_which_and_how_long_a_metre_is(tmp_path: Path) -> None:
+def test_sheet_shows_directions_and_the_length_of_a_metre(tmp_path: Path) -> None:
     from PIL import Image
 
     from vomstudio.products.ortho.vector_drawing import paper_scale
@@ -524,7 +526,7 @@ def test_the_sheet_says_which_way_is_which_and_how_long_a_metre_is(tmp_path: Pat
 
 @pytest.mark.parametrize("kind", first_in_default_tier(["mesh", "cloud"]))
 @pytest.mark.parametrize(("trend", "plunge"), first_in_default_tier([(0, 90), (305, 62)]))
-def test_a_region_shows_what_the_whole_picture_shows_there(tmp_path, kind, trend, plunge) -> None:  # type: ignore[no-untyped-def]
+def test_region_shows_the_same_as_the_whole_picture(tmp_path, kind, trend, plunge) -> None:  # type: ignore[no-untyped-def]
     """The same dots at the same places of the world, from a part of the grid only."""
     data, places = marked_mesh(tmp_path) if kind == "mesh" else marked_cloud()
     view, gsd = view_along_line(trend, plunge), 0.0093
@@ -564,7 +566,7 @@ def test_a_region_beside_the_model_is_refused(tmp_path) -> None:  # type: ignore
 
 
 @pytest.mark.parametrize("trend", [359.96, 360.0 - 1e-9, -1e-20, 360.0, 0.0, -0.04, 720.0])
-def test_a_view_to_the_north_is_toward_0_and_never_360(tmp_path: Path, trend: float) -> None:
+def test_northward_view_has_trend_0_and_never_360(tmp_path: Path, trend: float) -> None:
     view = view_directions.view_along_line(trend, 30.0)
     assert 0.0 <= view.trend_deg < 360.0
     assert 0.0 <= view.flipped().flipped().trend_deg < 360.0
@@ -579,7 +581,7 @@ def test_a_view_to_the_north_is_toward_0_and_never_360(tmp_path: Path, trend: fl
 
 
 @pytest.mark.parametrize("hair", [1e-9, 4e-5])
-def test_a_view_a_hair_west_of_north_is_not_written_as_360(tmp_path: Path, hair: float) -> None:
+def test_view_slightly_west_of_north_is_not_written_as_360(tmp_path: Path, hair: float) -> None:
     upright = quad([(0, 0, 0), (4, 0, 0), (4, 0, 4), (0, 0, 4)], [(200, 10, 10)] * 4)
     output, *_ = make(upright, view_directions.view_along_line(360.0 - hair, 0.0), tmp_path, 0.5)
     with rasterio.open(output.image) as picture:
@@ -589,7 +591,7 @@ def test_a_view_a_hair_west_of_north_is_not_written_as_360(tmp_path: Path, hair:
 @pytest.mark.parametrize(
     ("width", "height", "factor"), [(2400, 10, 1), (2401, 10, 2), (10, 9700, 8), (3001, 2050, 2)]
 )
-def test_the_picture_of_a_sheet_is_the_mean_of_what_is_seen(
+def test_sheet_picture_is_the_mean_of_the_visible_pixels(
     width: int, height: int, factor: int
 ) -> None:
     """Colours count by their coverage; pieces come in tiles."""
@@ -639,7 +641,7 @@ def test_holes_of_a_cloud_are_closed_across_the_edges_of_tiles(
     assert depth == pytest.approx(depth2, abs=1e-5, nan_ok=True)
 
 
-def test_a_material_is_darker_the_more_it_is_turned_away_and_never_brighter_than_white(
+def test_tilted_material_is_darker_and_never_brighter_than_white(
     tmp_path: Path,
 ) -> None:
     """Some programs write colours over 1: they are white, not black again."""
@@ -656,7 +658,7 @@ def test_a_material_is_darker_the_more_it_is_turned_away_and_never_brighter_than
     assert np.abs(rgba[rgba.shape[0] // 2, 20, :3] - 200.0 * light).max() <= 0.51
 
 
-def test_the_pixel_of_a_model_without_a_resolution_is_a_thousandth_of_its_size() -> None:
+def test_default_pixel_size_without_resolution_is_a_thousandth_of_the_extent() -> None:
     alone = PointCloud(np.repeat(UTM[None], 5, axis=0))
     for extent, gsd in ((0.0, 0.001), (0.5, 0.001), (40.0, 0.04)):
         result, code = planning.default_gsd(alone, SAME, extent)
@@ -671,7 +673,7 @@ def test_the_pixel_of_a_model_without_a_resolution_is_a_thousandth_of_its_size()
 
 
 @pytest.mark.parametrize("extent", [(1.0, 1.0), (0.3, 900.0), (5e4, 2e3), (1.0, 0.0), (1e-4, 1e-4)])
-def test_the_finest_pixel_that_is_offered_makes_a_picture_that_is_not_refused(
+def test_finest_suggested_pixel_size_gives_an_accepted_picture(
     extent: tuple[float, float],
 ) -> None:
     """Two digits, and a finer one of as many digits would not do."""

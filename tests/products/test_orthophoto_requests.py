@@ -90,7 +90,7 @@ def cylinder(folder: Path, wobble_deg: float = 1.0) -> TableFold:
         ({"gsd_m": math.nan}, "option.not-a-length", "--gsd"),
     ],
 )
-def test_wrong_directions_and_sizes_are_refused(
+def test_invalid_directions_and_sizes_are_rejected(
     inputs: dict[str, Any], code: str, field: str
 ) -> None:
     with pytest.raises(UsageError) as error:
@@ -98,13 +98,13 @@ def test_wrong_directions_and_sizes_are_refused(
     assert (error.value.code, error.value.field) == (code, field)
 
 
-def test_a_direction_has_to_be_given() -> None:
+def test_direction_is_required() -> None:
     with pytest.raises(UsageError) as error:
         direction_from_options(OrthoOptions(gsd_m=1e-9), None)
     assert error.value.code == "option.none-given"
 
 
-def test_a_direction_looks_where_it_says(tmp_path: Path) -> None:
+def test_view_follows_the_requested_direction(tmp_path: Path) -> None:
     line = direction_from_options(OrthoOptions(trend_deg=370.0, plunge_deg=-30.0), None)
     assert line.view is not None
     assert (line.view.trend_deg, line.view.plunge_deg, line.fold) == (10.0, -30.0, None)
@@ -120,7 +120,7 @@ def test_a_direction_looks_where_it_says(tmp_path: Path) -> None:
 
 
 # What is asked for ----------------------------------------------------------------------------
-def test_a_request_is_the_plan_of_its_view() -> None:
+def test_request_contains_the_plan_of_its_view() -> None:
     requests = ask(
         FLOOR, direction_from_options(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None), gsd_m=0.5
     )
@@ -134,7 +134,7 @@ def test_a_request_is_the_plan_of_its_view() -> None:
     assert requests.plan.view.is_metric
 
 
-def test_the_other_side_is_the_opposite_direction() -> None:
+def test_flipped_request_has_the_opposite_direction() -> None:
     direction = direction_from_options(OrthoOptions(trend_deg=30.0, plunge_deg=50.0), None)
     there, back = (ask(FLOOR, direction, gsd_m=1.0, flip=flip) for flip in (False, True))
     assert back.plan.frame.direction == pytest.approx(-there.plan.frame.direction, abs=1e-12)
@@ -142,7 +142,7 @@ def test_the_other_side_is_the_opposite_direction() -> None:
 
 
 @pytest.mark.parametrize("metric", [True, False])
-def test_a_model_without_a_place_says_so(metric: bool) -> None:
+def test_unregistered_model_is_reported(metric: bool) -> None:
     requests = ask(
         FLOOR,
         direction_from_options(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None),
@@ -155,7 +155,7 @@ def test_a_model_without_a_place_says_so(metric: bool) -> None:
     assert requests.plan.view.is_metric == metric
 
 
-def test_a_model_that_cannot_be_drawn_is_named() -> None:
+def test_model_that_cannot_be_drawn_is_reported_with_its_file() -> None:
     empty = Mesh(FLOOR.vertices, np.zeros((0, 3), np.int32))
     with refused("model.no-surface", file=MODEL):
         ask(empty, direction_from_options(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None))
@@ -164,7 +164,7 @@ def test_a_model_that_cannot_be_drawn_is_named() -> None:
             view_along_axis(0.0, 30.0, data, SAME)
 
 
-def test_too_many_pixels_are_counted() -> None:
+def test_too_many_pixels_are_rejected_with_their_number() -> None:
     """10 m by 10 m at a hundredth of a millimetre are 10^12 pixels."""
     with refused("gsd.too-many-pixels", UsageError, megapixels=1e6, limit=300):
         ask(
@@ -175,7 +175,7 @@ def test_too_many_pixels_are_counted() -> None:
 
 
 # Along the axis of a fold ---------------------------------------------------------------------
-def test_a_fold_is_looked_at_along_its_axis_and_its_error_has_a_cost(tmp_path: Path) -> None:
+def test_fold_is_viewed_along_its_axis_with_the_cost_of_the_axis_error(tmp_path: Path) -> None:
     fold = replace(cylinder(tmp_path), valid="yes")
     assert fold.beta.trend_deg == pytest.approx(90, abs=1)
     assert fold.beta.plunge_deg == pytest.approx(20, abs=1)
@@ -213,7 +213,7 @@ def test_a_fold_is_looked_at_along_its_axis_and_its_error_has_a_cost(tmp_path: P
         (None, 0.0, True),
     ],
 )
-def test_what_cannot_be_seen_on_a_picture_is_negligible(
+def test_cost_below_a_hundredth_of_the_picture_is_negligible(
     error_deg: float | None, depth: float, costs: bool
 ) -> None:
     """A picture 10 m long: its hundredth is 0.1 m."""
@@ -221,7 +221,7 @@ def test_what_cannot_be_seen_on_a_picture_is_negligible(
 
 
 @pytest.mark.parametrize(("deep", "warned"), [(0.05, False), (60.0, True)])
-def test_the_cost_of_an_axis_is_a_warning_where_it_is_more_than_negligible(
+def test_axis_error_gives_a_warning_only_if_its_cost_is_not_negligible(
     tmp_path: Path, deep: float, warned: bool
 ) -> None:
     fold = replace(cylinder(tmp_path), valid="yes")
@@ -240,7 +240,7 @@ def test_the_cost_of_an_axis_is_a_warning_where_it_is_more_than_negligible(
     assert requests.warnings == ((requests.fold.cost,) if warned else ())
 
 
-def test_an_axis_that_is_not_trusted_is_said_to_be_so(tmp_path: Path) -> None:
+def test_untrusted_fold_axis_is_reported(tmp_path: Path) -> None:
     warning = Finding("table.rows-left-out", count=1, needed="angles", lines=7)
     fold = replace(cylinder(tmp_path), warnings=(warning,))
     for valid, code in (("conditional", "view.axis-conditional"), ("no", "view.axis-not-valid")):
@@ -255,7 +255,7 @@ def test_an_axis_that_is_not_trusted_is_said_to_be_so(tmp_path: Path) -> None:
 
 # What is drawn --------------------------------------------------------------------------------
 @pytest.mark.parametrize("kind", ["mesh", "cloud"])
-def test_the_picture_in_memory_is_that_of_the_files(
+def test_picture_in_memory_matches_the_files(
     tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In tiles that do not divide the picture."""
@@ -290,7 +290,7 @@ def test_the_picture_in_memory_is_that_of_the_files(
         assert np.array_equal(np.moveaxis(image.read(), 0, 2), drawn.rgba)
 
 
-def test_figures_say_what_the_picture_is(tmp_path: Path) -> None:
+def test_figures_describe_the_picture(tmp_path: Path) -> None:
     """A floor of 10 m by 10 m at UTM, as a map, of which a quarter is cut out."""
     corners = [(0, 0), (5, 0), (10, 0), (0, 5), (5, 5), (10, 5), (0, 10), (5, 10)]
     floor = Mesh(
@@ -324,7 +324,7 @@ def test_figures_say_what_the_picture_is(tmp_path: Path) -> None:
     assert list(report)[-2:] == ["fold", "warnings"]
 
 
-def test_what_stands_behind_is_not_seen_from_inside() -> None:
+def test_away_facing_share_of_two_halves_does_not_depend_on_point_order() -> None:
     """Two halves of one area: one faces the viewer, one, far behind, turns its back. Its share is a
     half whichever point is named first."""
     from vomstudio.geometry.view_frame import ViewFrame

@@ -65,7 +65,7 @@ class Told(SilentProgress):
 
 @pytest.mark.parametrize("threads", [1, 2, 3, 100, None])
 @pytest.mark.parametrize("columns", [1, 2, 30])
-def test_every_tile_is_drawn_once_and_the_progress_counts_them(
+def test_every_tile_is_drawn_once_and_counted_in_the_progress(
     threads: int | None, columns: int
 ) -> None:
     source, report = Numbers(), Told()
@@ -80,7 +80,7 @@ def test_every_tile_is_drawn_once_and_the_progress_counts_them(
     assert source.most <= min(threads or 8, 8, columns)
 
 
-def test_tiles_wait_until_those_before_them_are_taken() -> None:
+def test_tiles_wait_until_earlier_ones_are_consumed() -> None:
     """Pictures of a large grid would fill the memory; and where one gives up, the rest stops."""
     source = Numbers()
     coming = draw_tiles(source, Grid(0.0, 0.0, 1.0, 60 * TILE, TILE), SilentProgress(), 2)
@@ -93,7 +93,7 @@ def test_tiles_wait_until_those_before_them_are_taken() -> None:
     assert len(source.drawn) <= 3 + 3
 
 
-def test_the_share_of_a_picture_that_shows_the_model_is_counted_over_its_tiles(
+def test_coverage_of_a_picture_is_counted_over_its_tiles(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A level right triangle, in its square: a half, and the pixels on its edge."""
@@ -115,9 +115,7 @@ def test_the_share_of_a_picture_that_shows_the_model_is_counted_over_its_tiles(
 
 
 @pytest.mark.parametrize("trend", [12.34567, 0.00004, 123.45674])
-def test_a_picture_names_its_direction_to_a_ten_thousandth_of_a_degree(
-    tmp_path: Path, trend: float
-) -> None:
+def test_picture_states_its_direction_to_four_decimals(tmp_path: Path, trend: float) -> None:
     corners = UTM + np.array([(0, 0, 0), (4, 0, 0), (4, 0, 4)], float)
     mesh = Mesh(corners, np.array([[0, 1, 2]], np.int32))
     planned = plan(mesh, view_along_line(trend, 20), to_world=SAME, gsd=0.5)
@@ -128,7 +126,7 @@ def test_a_picture_names_its_direction_to_a_ten_thousandth_of_a_degree(
     assert len(words[1].split(".")[1]) == 4
 
 
-def test_points_that_are_all_one_make_a_picture(tmp_path: Path) -> None:
+def test_coincident_points_make_a_picture(tmp_path: Path) -> None:
     """They have no spacing: a pixel is taken for it."""
     cloud = PointCloud(np.repeat(UTM[None], 5, axis=0))
     planned = plan(cloud, view_along_line(0, 90), to_world=SAME, gsd=0.25)

@@ -127,7 +127,7 @@ def test_a_face_seen_edge_on_takes_the_texel_under_the_ray() -> None:
 
 
 @pytest.mark.parametrize(("off", "repeats"), [(1.9, False), (2.1, True)])
-def test_texture_coordinates_a_little_beyond_the_picture_are_rounding(
+def test_texture_coordinates_slightly_outside_the_picture_are_clamped(
     off: float, repeats: bool
 ) -> None:
     """Up to two texels the edge goes on; from there on the picture begins anew."""
@@ -182,7 +182,7 @@ def test_colours_between_corners_are_their_weighted_mean() -> None:
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.35])
-def test_a_tile_is_given_what_may_be_seen_in_it(margin: float) -> None:
+def test_tile_gets_exactly_the_faces_that_may_be_visible_in_it(margin: float) -> None:
     """All whose box, grown by the margin, touches it; no more, or a large model would be slow."""
     rng = np.random.default_rng(4)
     left, top, side, columns, rows = -2.0, -1.0, 0.8, 5, 4
@@ -264,7 +264,7 @@ def test_a_pixel_of_a_cloud_is_the_mean_of_the_nearest_discs(gsd: float) -> None
 # Edges
 
 
-def test_an_edge_is_where_depth_jumps_off_the_planes_of_both_sides() -> None:
+def test_edge_pixels_are_depth_jumps_off_the_planes_of_both_sides() -> None:
     rng = np.random.default_rng(6)
     gsd, h, w = 0.1, 25, 30
     view = rng.uniform(-1.0, 1.0, (24, 3)) * [1.0, 1.0, 3.0]
@@ -298,7 +298,7 @@ def test_an_edge_is_where_depth_jumps_off_the_planes_of_both_sides() -> None:
     assert 50 < result.sum() < result.size - 20
 
 
-def test_a_slope_is_no_edge_and_the_rim_of_the_first_face_is_none() -> None:
+def test_neither_a_slope_nor_the_border_between_coplanar_faces_is_an_edge() -> None:
     """Two triangles of one steep plane, the first with number 0."""
     view = np.array([[0, 0, 0], [4, 0, 16.0], [0, 4, 8.0], [4, 4, 24.0]])
     faces = np.array([[0, 1, 2], [1, 3, 2]], np.int32)
@@ -313,7 +313,7 @@ def test_a_slope_is_no_edge_and_the_rim_of_the_first_face_is_none() -> None:
     assert np.argwhere(result).tolist() == [[2, 3], [3, 2], [3, 3]]
 
 
-def test_pixels_of_a_face_do_not_depend_on_those_before() -> None:
+def test_pixels_of_a_face_do_not_depend_on_earlier_faces() -> None:
     """Faces with textures at different scales, met in any order, look the same one by one."""
     rng = np.random.default_rng(11)
     levels = [rng.integers(0, 255, (size, size, 3)).astype(np.uint8) for size in (64, 32, 16, 8)]

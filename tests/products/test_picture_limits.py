@@ -18,7 +18,7 @@ from vomstudio.products.ortho.tiles import Grid
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_every_point_of_a_cloud_is_seen_and_none_is_a_blot(seed: int) -> None:
+def test_every_point_of_a_cloud_is_visible_and_small(seed: int) -> None:
     """However small the points are against a pixel, and wherever in it they lie: a corner of a
     pixel is 0.71 of its side from the centre."""
     rng = np.random.default_rng(seed)
@@ -39,7 +39,7 @@ def test_every_point_of_a_cloud_is_seen_and_none_is_a_blot(seed: int) -> None:
 
 @pytest.mark.parametrize(("close", "gap"), [(4, 7), (4, 8), (6, 11)])
 @pytest.mark.parametrize("shift", [0.0, 3.0, 9.0])
-def test_what_lies_beyond_a_tile_keeps_its_holes_open(
+def test_points_beyond_a_tile_are_considered_when_closing_holes(
     monkeypatch: pytest.MonkeyPatch, close: int, gap: int, shift: float
 ) -> None:
     """Stripes of points with gaps between them that are closed or not, across the edges of small
@@ -74,13 +74,13 @@ def test_what_lies_beyond_a_tile_keeps_its_holes_open(
 @pytest.mark.parametrize(
     ("extent", "pixels"), [(100.0, 100), (100.0 + 5e-8, 100), (100.0 + 5e-5, 101), (99.9, 100)]
 )
-def test_a_crumb_of_rounding_is_no_pixel_of_its_own(extent: float, pixels: int) -> None:
+def test_rounding_error_adds_no_extra_pixel(extent: float, pixels: int) -> None:
     grid = Grid.from_bounds((0.0, 0.0), (extent * 0.1, 0.0), 0.1)
     assert (grid.width, grid.height) == (pixels, 1)
 
 
 @pytest.mark.parametrize(("width", "factor"), [(2_457_600, 1024), (9_000_000, 1024)])
-def test_a_sheet_is_reduced_at_most_to_a_pixel_a_tile(width: int, factor: int) -> None:
+def test_sheet_is_reduced_to_at_most_one_pixel_per_tile(width: int, factor: int) -> None:
     """Or a pixel would be shared between tiles that come one by one."""
     assert _ReducedPicture(Grid(0.0, 0.0, 0.1, width, 10)).factor == factor
 
@@ -127,7 +127,7 @@ def test_a_texture_may_be_larger_than_pillow_expects(
 
 
 @pytest.mark.parametrize("side", [2, 3, 6])
-def test_of_a_few_places_each_is_asked_once_where_it_faces(side: int) -> None:
+def test_away_facing_share_of_few_clusters_counts_each_once(side: int) -> None:
     """Crowds of 25 points on one place each, far apart; every other crowd turns its back."""
     rng = np.random.default_rng(side)
     at = 10.0 * np.array([(i, j) for j in range(side) for i in range(side)], float) + 0.37

@@ -46,7 +46,7 @@ def layers(seed: int, n: int = 4000) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("n", [400, 4000, 40_000, 300_000])
-def test_of_a_cloud_only_what_is_in_front_is_asked_where_it_faces(n: int) -> None:
+def test_only_front_points_of_a_cloud_count_for_the_away_facing_share(n: int) -> None:
     points, normals = layers(n, n)
     result, guessed = cloud_picture.away_facing_share(points, normals, UP)
     # Columns hold four points, or are a 256th of the extent wide: some have none of the near sheet.
@@ -65,7 +65,7 @@ def test_of_a_cloud_only_what_is_in_front_is_asked_where_it_faces(n: int) -> Non
 
 
 @pytest.mark.parametrize("most", [2_000_000, 900])
-def test_surfaces_without_normals_are_taken_to_face_up(
+def test_surfaces_without_normals_are_assumed_to_face_up(
     monkeypatch: pytest.MonkeyPatch, most: int
 ) -> None:
     """A roof seen from the south, level: its southern side is toward the viewer, and where it hangs
@@ -84,7 +84,7 @@ def test_surfaces_without_normals_are_taken_to_face_up(
     assert guessed
 
 
-def test_what_was_guessed_of_a_view_is_said_and_what_is_known_is_not() -> None:
+def test_estimated_view_side_is_reported_and_known_side_is_not() -> None:
     rng = np.random.default_rng(2)
     points = np.column_stack([rng.uniform(size=(900, 2)), np.zeros(900)])
     up = np.tile(np.array([0.0, 0.0, 1.0], np.float32), (900, 1))
@@ -96,7 +96,7 @@ def test_what_was_guessed_of_a_view_is_said_and_what_is_known_is_not() -> None:
     assert view_along_axis(30.0, 60.0, square, SAME).reason.code == "view.down-plunge"
 
 
-def test_of_a_mesh_the_share_is_that_of_the_rays() -> None:
+def test_away_facing_share_of_a_mesh_is_that_of_the_rays() -> None:
     """A quarter of a square turns its back; behind it lies one that does so all over."""
 
     def part(x0: float, x1: float, z: float, toward: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -116,7 +116,7 @@ def test_of_a_mesh_the_share_is_that_of_the_rays() -> None:
 
 
 @pytest.mark.parametrize(("trend", "plunge"), [(0.0, 30.0), (77.0, -30.0), (200.0, -1.0)])
-def test_an_axis_is_looked_along_downwards_however_it_is_given(trend: float, plunge: float) -> None:
+def test_axis_is_viewed_downward_regardless_of_its_sign(trend: float, plunge: float) -> None:
     """A level floor is seen from above."""
     corners = UTM + np.array([(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)], float)
     floor = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]], np.int32))
@@ -128,7 +128,7 @@ def test_an_axis_is_looked_along_downwards_however_it_is_given(trend: float, plu
 
 @pytest.mark.parametrize(("error", "depth"), [(None, 12.0), (3.0, 40.0), (0.5, 7.5)])
 @pytest.mark.parametrize("metric", [True, False])
-def test_what_a_wrong_direction_costs_is_reckoned(
+def test_cost_of_a_wrong_direction_is_computed(
     error: float | None, depth: float, metric: bool
 ) -> None:
     cost = view_directions.cost_of_direction(error, depth, is_metric=metric)
@@ -141,7 +141,7 @@ def test_what_a_wrong_direction_costs_is_reckoned(
 
 
 @pytest.mark.parametrize("size", [1e-3, 0.3, 1.0, 40.0])
-def test_how_light_a_face_is_depends_on_its_tilt_and_not_on_its_size(size: float) -> None:
+def test_face_brightness_depends_on_tilt_and_not_on_size(size: float) -> None:
     """From 1 where it looks at the viewer, either side, to 0.35 where it is seen edge-on; one that
     has no area is as dark."""
     tilt = np.radians([0.0, 30.0, 60.0, 90.0, 150.0, 180.0])
@@ -159,7 +159,7 @@ COLOURS = [(0.9, 0.0, 0.0), (0.0, 0.8, 0.0), (0.0, 0.0, 0.7), None]
     "offsets",
     [[0], [0, 6], [1, 6], [0, 5], [2, 3], [0, 0, 6], [0, 6, 6], [0, 2, 2, 5], [0, 1, 3, 4, 6]],
 )
-def test_every_face_wears_its_own_material_and_others_none(offsets: list[int]) -> None:
+def test_every_face_has_exactly_its_own_material(offsets: list[int]) -> None:
     """Six squares in a row, seen from above: faces[o[i]:o[i + 1]] wear materials[i]."""
     corners = [(k + x, y, 0.0) for k in range(6) for x, y in ((0, 0), (2, 0), (0, 2))]
     materials = tuple(Material(f"m{i}", None, COLOURS[i]) for i in range(len(offsets) - 1))
@@ -181,7 +181,7 @@ def test_every_face_wears_its_own_material_and_others_none(offsets: list[int]) -
         assert picture.rgba[row, column].tolist() == [*expected, 255]
 
 
-def test_a_colour_of_a_vertex_is_shown_whatever_its_material_is() -> None:
+def test_vertex_colour_takes_precedence_over_the_material() -> None:
     """Of a face without texture coordinates beside one that has them, too."""
     corners = np.array([(0, 0, 0), (2, 0, 0), (0, 2, 0)], float)
     places = np.concatenate([corners, corners + [4, 0, 0]])
@@ -201,7 +201,7 @@ def test_a_colour_of_a_vertex_is_shown_whatever_its_material_is() -> None:
 
 @pytest.mark.parametrize("colored", [False, True])
 @pytest.mark.parametrize("missing", [0, 1, 2])
-def test_a_face_with_a_corner_that_has_no_texture_coordinates_is_drawn_without(
+def test_face_with_a_missing_texture_coordinate_is_drawn_untextured(
     tmp_path: Path, colored: bool, missing: int
 ) -> None:
     """NaN at one corner of the second triangle; the first shows its texture."""
@@ -229,7 +229,7 @@ def test_a_face_with_a_corner_that_has_no_texture_coordinates_is_drawn_without(
 # Points
 
 
-def test_the_spacing_of_a_cloud_is_that_of_its_place() -> None:
+def test_point_spacing_of_a_cloud_is_local() -> None:
     """Even points at 0.1 m, elsewhere at 0.05 m: cells of 0.6 m hold 36 and 144 of them."""
 
     def even(left: float, pitch: float) -> np.ndarray:
@@ -252,7 +252,7 @@ def test_the_spacing_of_a_cloud_is_that_of_its_place() -> None:
 
 
 @pytest.mark.parametrize("name", ["intensity", "Intensity", None])
-def test_a_cloud_without_colours_is_grey_by_its_intensity_else_by_its_depth(
+def test_cloud_without_colours_is_grey_by_intensity_or_else_by_depth(
     name: str | None,
 ) -> None:
     """From 40 to 240 between the 2nd and the 98th of a hundred parts."""
@@ -319,7 +319,7 @@ def paved(folder: Path, sizes: list[tuple[float, int]], uv: bool = True) -> Mesh
     )
 
 
-def test_texels_are_as_large_as_the_face_is_over_its_picture(tmp_path: Path) -> None:
+def test_texel_size_is_face_size_over_picture_size(tmp_path: Path) -> None:
     mesh = paved(tmp_path, [(2.0, 100), (3.0, 60)])
     result = texel_sizes(mesh, mesh.vertices)
     assert result[tmp_path / "0.png"] == pytest.approx((0.02, 0.02, 4.0))
@@ -332,7 +332,7 @@ def test_texels_are_as_large_as_the_face_is_over_its_picture(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_typical_texel_is_the_median_by_area_and_the_finest_leaves_out_a_hundredth(
+def test_typical_texel_is_the_area_median_and_the_finest_ignores_one_percent(
     tmp_path: Path, seed: int
 ) -> None:
     """Loose triangles on one picture, each with texels of its own size."""
@@ -361,7 +361,7 @@ def test_the_typical_texel_is_the_median_by_area_and_the_finest_leaves_out_a_hun
         assert finer < share <= upto + 1e-6
 
 
-def test_the_pixel_is_the_texel_that_half_of_the_surface_has(tmp_path: Path) -> None:
+def test_default_pixel_size_is_the_median_texel_by_area(tmp_path: Path) -> None:
     """4, 9 and 16 square metres with texels of 1, 10 and 3 cm: 3 cm leave half on either side."""
     mesh = paved(tmp_path, [(2.0, 200), (3.0, 30), (4.0, 133)])
     result, code = planning.default_gsd(mesh, SAME, 10.0)
@@ -381,7 +381,7 @@ def test_levels_finer_than_a_pixel_are_not_decoded(
     assert source._skipped_level_counts() == {tmp_path / "0.png": coarser}
 
 
-def test_a_pixel_that_covers_a_square_of_texels_is_their_mean() -> None:
+def test_pixel_over_a_square_of_texels_is_their_mean() -> None:
     """Four by four texels to a pixel, to the last digit: there is no long side."""
     rng = np.random.default_rng(4)
     fine = rng.integers(0, 256, (16, 16, 3)).astype(np.uint8)
@@ -465,7 +465,7 @@ def test_tiles_cover_every_pixel_once(seed: int) -> None:
 
 
 @pytest.mark.parametrize(("trend", "plunge"), [(0, 90), (0, -90), (130, 35)])
-def test_a_region_is_cut_to_what_there_is_of_the_model(trend: float, plunge: float) -> None:
+def test_region_is_clipped_to_the_model(trend: float, plunge: float) -> None:
     rng = np.random.default_rng(6)
     cloud = PointCloud(UTM + rng.uniform(-5.0, 5.0, (3000, 3)))
     view = view_along_line(trend, plunge)
@@ -488,13 +488,13 @@ def test_a_region_is_cut_to_what_there_is_of_the_model(trend: float, plunge: flo
 
 
 @pytest.mark.parametrize("gsd", [0.0, -1.0, np.nan, np.inf])
-def test_a_pixel_must_be_a_length(gsd: float) -> None:
+def test_pixel_size_must_be_a_positive_length(gsd: float) -> None:
     cloud = PointCloud(np.random.default_rng(0).uniform(size=(9, 3)))
     with refused("number.not-positive", UsageError, field="--gsd"):
         plan(cloud, view_along_line(0, 90), to_world=SAME, gsd=gsd)
 
 
-def test_the_finest_pixel_that_would_do_is_the_first_of_two_digits(
+def test_finest_possible_pixel_size_is_rounded_up_to_two_digits(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Sought one after the other; with a border of one pixel counted, as a picture may have."""
@@ -515,7 +515,7 @@ def test_the_finest_pixel_that_would_do_is_the_first_of_two_digits(
 
 
 @pytest.mark.parametrize(("plunge", "sign"), [(90.0, 1), (-90.0, -1)])
-def test_a_map_has_its_pixels_where_its_world_file_and_its_matrix_say(
+def test_map_pixels_match_its_world_file_and_matrix(
     tmp_path: Path, plunge: float, sign: int
 ) -> None:
     """Seen from below it is mirrored: to keep North up, East is on the left."""

@@ -74,7 +74,7 @@ def test_a_map_shows_strike_and_true_dip(dd: float, dip: float) -> None:
 
 
 @pytest.mark.parametrize("turn", [37.0, 180.0, 251.0])
-def test_turning_the_world_about_up_turns_symbols_and_no_labels(turn: float) -> None:
+def test_rotating_the_world_about_up_rotates_symbols_but_not_labels(turn: float) -> None:
     a = math.radians(turn)
     spin = np.array([[math.cos(a), -math.sin(a)], [math.sin(a), math.cos(a)]])
     for dd, dip in PLANES:
@@ -86,7 +86,7 @@ def test_turning_the_world_about_up_turns_symbols_and_no_labels(turn: float) -> 
             assert other == pytest.approx(one @ spin, abs=1e-12)
 
 
-def test_near_the_vertical_a_picture_is_a_map_and_others_show_apparent_dips() -> None:
+def test_near_vertical_views_are_maps_and_others_show_apparent_dips() -> None:
     for plunge in (81.0, 90.0, -85.0):
         assert seen(item(120, 20), 40, plunge).symbol
     for plunge in (79.0, 45.0, 0.0, -60.0):
@@ -122,7 +122,9 @@ def section_drawing() -> Drawing:
 
 
 @pytest.mark.parametrize("make", [map_drawing, section_drawing])
-def test_cad_shows_ticks_and_texts_that_are_no_traces_when_read(make, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+def test_dxf_contains_symbol_lines_and_texts_that_are_not_read_as_traces(
+    make, tmp_path: Path
+) -> None:  # type: ignore[no-untyped-def]
     drawing, path = make(), tmp_path / "d.dxf"
     write_dxf(path, drawing)
     space = ezdxf.readfile(path).modelspace()
@@ -147,7 +149,7 @@ def test_cad_shows_ticks_and_texts_that_are_no_traces_when_read(make, tmp_path: 
 
 
 @pytest.mark.full
-def test_other_formats_return_without_their_symbols_too(tmp_path: Path) -> None:
+def test_other_formats_are_also_read_without_their_symbols(tmp_path: Path) -> None:
     drawing = map_drawing()
     write_gpkg(tmp_path / "d.gpkg", drawing, None, "VOM Studio")
     assert [line.layer for line in read_gis_lines(tmp_path / "d.gpkg").lines] == ["traces"]
@@ -156,7 +158,7 @@ def test_other_formats_return_without_their_symbols_too(tmp_path: Path) -> None:
     assert len(read_svg(tmp_path / "d.svg").lines) == 1
 
 
-def test_a_layer_of_somebody_that_is_called_symbols_is_read(tmp_path: Path) -> None:
+def test_user_layer_with_symbols_in_its_name_is_read(tmp_path: Path) -> None:
     trace = DrawingShape("my_symbols", np.array([[0.0, 0.0], [5.0, 9.0]]), "#0072b2")
     other = DrawingShape("lines", np.array([[0.0, 1.0], [5.0, 9.0]]), "#0072b2")
     bounds = np.array([[0.0, 0.0], [9.0, 9.0]])
@@ -164,7 +166,7 @@ def test_a_layer_of_somebody_that_is_called_symbols_is_read(tmp_path: Path) -> N
     assert len(read_gis_lines(tmp_path / "d.dxf").lines) == 2
 
 
-def test_the_legend_says_which_symbol_is_drawn() -> None:
+def test_legend_shows_which_symbol_is_drawn() -> None:
     (entry,) = (e for e in create_entries(map_drawing().shapes) if e.place)
     assert entry.has_map_symbol
     assert entry.overturned
@@ -173,7 +175,7 @@ def test_the_legend_says_which_symbol_is_drawn() -> None:
     assert not entry.has_map_symbol
 
 
-def test_long_northings_leave_room_for_the_name_of_their_axis(tmp_path: Path) -> None:
+def test_long_northings_leave_space_for_the_axis_name(tmp_path: Path) -> None:
     drawing = map_drawing()
     shift = np.array([500_000.0, 4_500_000.0])
     far = replace(

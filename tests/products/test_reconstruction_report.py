@@ -57,27 +57,27 @@ def page(tmp_path: Path, **more: Any) -> str:
     return (tmp_path / "r.html").read_text("utf-8")
 
 
-def test_warnings_are_sentences_and_findings(tmp_path: Path) -> None:
+def test_warnings_may_be_sentences_or_findings(tmp_path: Path) -> None:
     finding = Finding("photo.angles-not-measured", photos=3, photo="a<b>.jpg")
     text = page(tmp_path, warnings=["look & see", finding.to_dict()])
     assert escape("look & see") in text
     assert escape(finding.message) in text
 
 
-def test_names_are_text_and_never_markup(tmp_path: Path) -> None:
+def test_names_are_escaped_as_text(tmp_path: Path) -> None:
     text = page(tmp_path)
     assert "a&lt;b&gt;.jpg" in text
     assert "a<b>" not in text
     assert escape("look & see") in text
 
 
-def test_a_model_without_scale_is_never_given_metres(tmp_path: Path) -> None:
+def test_model_without_scale_has_no_metres(tmp_path: Path) -> None:
     text = page(tmp_path)
     assert FRAME_NAMES["arbitrary"] in text
     assert LABELS["texel"].format(unit="units") in text
 
 
-def test_a_local_system_of_control_points_has_scale_and_its_errors_their_units(
+def test_local_control_points_give_scale_and_errors_with_units(
     tmp_path: Path,
 ) -> None:
     turn = {"about_up": 0.02, "about_east": 0.05, "about_north": 0.03}
@@ -96,7 +96,7 @@ def test_a_local_system_of_control_points_has_scale_and_its_errors_their_units(
 
 
 @pytest.mark.parametrize("text", ["http://", "https://", "<script"])
-def test_the_page_is_one_file(tmp_path: Path, text: str) -> None:
+def test_report_page_is_a_single_self_contained_file(tmp_path: Path, text: str) -> None:
     # SVG names its namespaces and matplotlib its maker; nothing is fetched.
     bare = re.sub(r"data:image[^\"]*", "", page(tmp_path))
     assert text not in bare

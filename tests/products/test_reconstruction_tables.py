@@ -74,7 +74,7 @@ def photo(name: str, error: float | None, **more: Any) -> dict[str, Any]:
     return row | more
 
 
-def test_photos_with_twice_the_typical_error_and_weak_ones_are_marked(page: Pages) -> None:
+def test_weak_photos_and_twice_the_typical_error_are_highlighted(page: Pages) -> None:
     """The typical one is the median of those that are placed: 0.4 pixels."""
     rows = [
         photo("a", 0.3, position_error95_m=0.01234, rotation_error95_deg=0.0456),
@@ -118,7 +118,7 @@ def test_photos_with_twice_the_typical_error_and_weak_ones_are_marked(page: Page
     assert only[0] == "out"
 
 
-def test_a_camera_says_what_was_held_what_was_found_and_how_well(page: Pages) -> None:
+def test_camera_tables_show_fixed_and_estimated_values_with_errors(page: Pages) -> None:
     camera = {
         "camera": "Maker <24>",
         "model": "OPENCV",
@@ -154,7 +154,7 @@ def test_a_camera_says_what_was_held_what_was_found_and_how_well(page: Pages) ->
 
 
 @pytest.mark.full
-def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
+def test_points_are_listed_with_their_residuals(page: Pages) -> None:
     def point(label: str, role: str, residual: list[float] | None, px: float | None) -> Any:
         return {
             "label": label,
@@ -190,7 +190,7 @@ def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
     assert "no positions" in page()
 
 
-def test_facts_are_written_by_their_kind(page: Pages) -> None:
+def test_facts_are_formatted_by_their_type(page: Pages) -> None:
     model = {
         "texel": 0.0123456,
         "faces": 1234567,
@@ -212,7 +212,7 @@ def test_facts_are_written_by_their_kind(page: Pages) -> None:
     ]
 
 
-def test_the_times_have_their_sum_and_memory_its_unit(page: Pages) -> None:
+def test_times_have_a_total_and_memory_a_unit(page: Pages) -> None:
     html = page(seconds={"alignment": 12.34, "cloud": 100.06}, peak_memory_mb=12345.6)
     times, settings = tables(html, "Time, memory, settings")
     assert [cells for _, cells in times[1:]] == [
@@ -224,7 +224,7 @@ def test_the_times_have_their_sum_and_memory_its_unit(page: Pages) -> None:
     assert [cells for _, cells in settings[1:]] == [["quality", "low"], ["pycolmap", "4"]]
 
 
-def test_the_summary_counts_and_says_in_which_frame(page: Pages) -> None:
+def test_summary_states_counts_and_the_frame(page: Pages) -> None:
     def summarize_registration(html: str) -> str:
         return html.split("<p>")[1].split("</p>")[0]
 
@@ -243,7 +243,7 @@ def test_the_summary_counts_and_says_in_which_frame(page: Pages) -> None:
         assert shown_values(html, "reconstruction.size") == size | {"frame": frame}
 
 
-def test_findings_and_advice_are_lists_where_there_are_any(page: Pages) -> None:
+def test_findings_and_advice_are_listed_only_if_present(page: Pages) -> None:
     def survey(html: str) -> str:
         return html.split("<h2>Survey</h2>")[1].split("<h2>")[0]
 
@@ -293,7 +293,7 @@ def test_the_drawing_shows_cameras_and_points_from_above_and_from_the_south(
             assert np.column_stack([arrows.U, arrows.V]) == pytest.approx(looks[:, [i, j]])
 
 
-def test_the_drawing_is_as_wide_as_the_page_and_can_be_read(
+def test_drawing_is_as_wide_as_the_page_and_readable(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Shrunk to the page's column its words would be too small; a narrow one leaves white beside
@@ -345,7 +345,7 @@ def test_a_page_does_not_grow_with_the_number_of_tie_points(tmp_path: Path) -> N
 
 
 @pytest.mark.full
-def test_the_section_on_the_registration_says_what_it_is_worth(
+def test_registration_section_reports_its_errors(
     page: Pages, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Turned about north by 0.5 degrees (1 sigma) at most: 0.98 at 95 %."""

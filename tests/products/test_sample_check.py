@@ -78,7 +78,7 @@ def bounds(n: int, low: float, high: float) -> tuple[int, int]:
 
 
 @pytest.mark.full
-def test_stated_regions_of_planes_hold_the_truth_as_often_as_they_say() -> None:
+def test_stated_plane_regions_contain_the_truth_in_95_percent_of_cases() -> None:
     held = law([7], 10)
     planes = held["bedding"] + held["fault"] + held["joint"]
     low, high = bounds(len(planes), 0.92, 0.975)
@@ -86,7 +86,7 @@ def test_stated_regions_of_planes_hold_the_truth_as_often_as_they_say() -> None:
 
 
 @pytest.mark.full
-def test_ten_sets_of_picks_lie_within_the_total_error_and_are_good() -> None:
+def test_ten_sets_of_picks_are_within_the_total_error_and_rated_good() -> None:
     """As in the program: with the resolution of the sample's model."""
     resolution_m = read(RESOURCES / "sample" / "sample.obj").resolution_m
     cliff = maker("relief").Cliff(7)
@@ -132,7 +132,7 @@ def blob(thickness: float = 0.02) -> FittedPlane:
 
 @pytest.mark.parametrize("axis", ["largest", "smallest"])
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_truth_inside_the_ellipse_is_held_and_one_outside_is_not(axis: str, side: float) -> None:
+def test_truth_inside_the_ellipse_passes_and_outside_fails(axis: str, side: float) -> None:
     fit = blob()
     way, limit = {
         "largest": (fit.axes[1], fit.max_confidence95_deg),
@@ -153,7 +153,7 @@ def test_a_truth_inside_the_ellipse_is_held_and_one_outside_is_not(axis: str, si
         )
 
 
-def test_a_plane_that_hits_the_truth_is_held_and_one_of_three_points_states_nothing() -> None:
+def test_exact_plane_passes_and_three_point_plane_states_no_error() -> None:
     fit = blob()
     exact = plane_check("x", fit, Plane.from_normal(fit.normal))
     assert exact.within is True
@@ -165,7 +165,7 @@ def test_a_plane_that_hits_the_truth_is_held_and_one_of_three_points_states_noth
 
 
 @pytest.mark.parametrize("truth", [Plane(0, 0), Plane(37, 52), Plane(250, 90)])
-def test_an_error_stated_as_none_holds_the_truth_alone(truth: Plane) -> None:
+def test_zero_stated_error_passes_only_for_the_exact_truth(truth: Plane) -> None:
     """Points that lie in a plane to the last digit state an error of exactly 0, both ways or one
     way."""
     fit = replace(blob(), normal=truth.normal(), axes=np.array([*frame(truth), truth.normal()]))
@@ -203,7 +203,7 @@ def frame(plane: Plane) -> tuple[np.ndarray, np.ndarray]:
     return along, np.cross(plane.normal(), along)
 
 
-def test_a_level_floor_is_checked_too() -> None:
+def test_horizontal_plane_is_checked() -> None:
     x, y = (k.ravel() for k in np.meshgrid(np.arange(5.0), np.arange(4.0)))
     fit = fit_plane(np.column_stack([x, y, 0 * x]), is_ordered=False)
     assert (fit.max_confidence95_deg, fit.min_confidence95_deg) == (0.0, 0.0)
@@ -240,7 +240,7 @@ def square(normal: np.ndarray, centre: list[float]) -> np.ndarray:
     return np.array(centre) + [2 * u + v, -2 * u + v, -2 * u - v, 2 * u - v]
 
 
-def test_the_slip_is_measured_in_the_fault_across_the_axis() -> None:
+def test_slip_is_measured_in_the_fault_perpendicular_to_the_axis() -> None:
     """Level beds, a fault that dips 60 degrees to the east, a fold axis to the north: heights
     differ by the slip times the sine of 60 degrees."""
     fault = Plane(90, 60).normal()
@@ -272,7 +272,7 @@ def picks(groups: list[np.ndarray], rows: list[tuple[str, str, str, str]]) -> Sa
     return SamplePicks(names, kinds, sets, horizons, np.concatenate(groups), cuts)
 
 
-def test_a_horizon_is_a_pair_where_it_is_picked_on_both_sides() -> None:
+def test_horizon_picked_on_both_sides_makes_a_pair() -> None:
     rows = [
         ("a", "bedding", "beds footwall", "h1"),
         ("b", "bedding", "beds hanging wall", "h2"),
@@ -382,7 +382,7 @@ def test_points_are_spread_over_faces_by_their_area() -> None:
         assert (u > 1.0 - math.sqrt(0.5)).mean() == pytest.approx(0.5, abs=0.02)
 
 
-def test_a_place_is_seen_where_three_photos_have_it_before_them() -> None:
+def test_position_is_visible_if_three_photos_show_it_from_the_front() -> None:
     rng = np.random.default_rng(8)
     points = np.column_stack([rng.uniform(-9, 17, (400, 2)), rng.uniform(0, 1, 400)])
     tilt = rng.normal(size=(400, 3))
@@ -400,7 +400,7 @@ def test_a_place_is_seen_where_three_photos_have_it_before_them() -> None:
 
 
 @pytest.mark.full
-def test_a_model_off_by_so_much_is_said_to_be() -> None:
+def test_known_model_offset_is_reported() -> None:
     """The cloud lies 12 mm over the face, the cameras 7 mm to the north."""
     mesh = wall()
     rng = np.random.default_rng(5)
@@ -449,7 +449,7 @@ def test_a_model_off_by_so_much_is_said_to_be() -> None:
     assert again[0].error == pytest.approx(0.007)
 
 
-def test_a_sample_is_checked_plane_by_plane_and_then_for_its_fold_its_fault_and_its_slip() -> None:
+def test_sample_is_checked_for_its_planes_fold_fault_and_slip() -> None:
     """Planes about an axis to the north: every check finds the truth."""
     middle, fault = Plane(90, 20), Plane(60, 65)
     attitudes = [Plane(270, 35), middle, middle, fault, fault, Plane(150, 80)]
@@ -529,7 +529,7 @@ def distances(mesh: Mesh, some: np.ndarray, gsd: float = 0.02) -> dict[str, floa
         ((8.3, 4.0, 0.0), 0.0),
     ],
 )
-def test_the_model_is_off_by_what_it_lies_across_the_surface(
+def test_model_offset_is_measured_perpendicular_to_the_surface(
     place: tuple[float, float, float], off: float
 ) -> None:
     result = distances(level(), np.array([place]))
@@ -538,7 +538,7 @@ def test_the_model_is_off_by_what_it_lies_across_the_surface(
 
 
 @pytest.mark.usefixtures("fewer")
-def test_what_lies_in_a_hole_of_the_outcrop_is_off_by_its_distance() -> None:
+def test_offset_in_a_hole_of_the_outcrop_is_the_distance_to_its_edge() -> None:
     """No face is near enough to say what is across."""
     result = distances(level(hole=0.8), np.array([[4.0, 4.0, 0.0]]))
     assert result[MODEL_OFFSET_90] == pytest.approx(0.4, abs=0.03)
@@ -547,7 +547,7 @@ def test_what_lies_in_a_hole_of_the_outcrop_is_off_by_its_distance() -> None:
 
 
 @pytest.mark.usefixtures("fewer")
-def test_nine_in_ten_points_of_the_model_lie_no_farther_off() -> None:
+def test_model_offset_90_is_the_90th_percentile() -> None:
     rise = np.linspace(0.0, 0.1, 2001)
     cloud = np.column_stack([np.full((2001, 2), 2.0), rise])
     rng = np.random.default_rng(4)
@@ -564,7 +564,7 @@ def test_nine_in_ten_points_of_the_model_lie_no_farther_off() -> None:
 @pytest.mark.parametrize(
     ("points", "away", "result"), [(20, 0.0, 1), (19, 0.0, 0), (40, 3.9, 1), (40, 4.1, 0)]
 )
-def test_a_pick_is_checked_where_twenty_points_of_the_model_are_within_four_pixels(
+def test_pick_is_checked_if_twenty_model_points_are_within_four_pixels(
     points: int, away: float, result: int
 ) -> None:
     gsd = 0.02
@@ -579,7 +579,7 @@ def test_a_pick_is_checked_where_twenty_points_of_the_model_are_within_four_pixe
     assert len(checks) == 4 + result
 
 
-def test_what_the_photos_model_is_worth_is_said_in_millimetres() -> None:
+def test_photo_model_errors_are_reported_in_millimetres() -> None:
     def length(name: str, value: float) -> Check:
         return Check(name, 0.0, value, value, None, None, "m")
 
@@ -596,7 +596,7 @@ def test_what_the_photos_model_is_worth_is_said_in_millimetres() -> None:
 
 
 @pytest.mark.usefixtures("fewer")
-def test_the_outcrop_is_off_the_model_by_the_distance_of_its_next_point() -> None:
+def test_outcrop_offset_is_the_distance_to_the_nearest_model_point() -> None:
     """Of a square grid half of all places have a point within the side times sqrt(1 / (2 pi)).
     Cameras that are off by 1, 2, ... 9 mm are off by 5 mm in the median."""
     side = 0.1

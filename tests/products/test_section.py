@@ -29,7 +29,7 @@ CUBE = mesh_of(pv.Box((-1, 1, -1, 1, -1, 1)).triangulate(), UTM)
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 30.0, 45.0, 90.0, 251.0])
-def test_a_vertical_section_of_a_cube(azimuth: float) -> None:
+def test_vertical_section_of_a_cube_is_a_rectangle(azimuth: float) -> None:
     """A rectangle 2 high, as wide as the cube is along the section's strike."""
     cut = cut_model(CUBE, curtain_from_plane(Plane(azimuth, 90), UTM))
     a = np.radians(azimuth % 90)
@@ -48,7 +48,7 @@ def test_the_section_across_a_cubes_diagonal_is_a_hexagon() -> None:
 
 
 @pytest.mark.parametrize("plane", [Plane(20, 70), Plane(0, 0), Plane(111, 90)], ids=str)
-def test_it_is_what_vtk_cuts(plane: Plane) -> None:
+def test_section_matches_the_cut_of_vtk(plane: Plane) -> None:
     rng = np.random.default_rng(2)
     terrain = pv.ParametricRandomHills(number_of_hills=20, random_seed=3)
     mesh = mesh_of(terrain)
@@ -65,7 +65,7 @@ def test_it_is_what_vtk_cuts(plane: Plane) -> None:
     assert len(cut.lines) == joined
 
 
-def test_corners_that_stand_twice_do_not_part_a_line() -> None:
+def test_duplicate_vertices_do_not_split_a_line() -> None:
     apart = Mesh(
         CUBE.vertices[CUBE.faces].reshape(-1, 3), np.arange(36, dtype=np.int32).reshape(-1, 3)
     )
@@ -104,7 +104,7 @@ def test_a_profile_follows_its_line() -> None:
     ],
     ids=["plane", "line"],
 )
-def test_the_other_side_is_a_mirror_image_of_the_same_places(curtain: Curtain) -> None:
+def test_section_from_the_other_side_is_a_mirror_image(curtain: Curtain) -> None:
     other = curtain.flipped()
     assert other.normal == pytest.approx(-curtain.normal)
     assert other.ends == pytest.approx(curtain.ends[::-1])
@@ -137,7 +137,7 @@ def test_a_cloud_is_cut_by_a_slab() -> None:
 
 @pytest.mark.parametrize(("noise", "longest"), [(0.0, 1.01), (0.02, 1.15)])
 @pytest.mark.parametrize("across", [0.0, 0.6, -1.2])
-def test_the_line_of_a_slanting_cloud_is_no_zigzag(
+def test_section_line_of_an_inclined_cloud_has_no_zigzag(
     across: float, noise: float, longest: float
 ) -> None:
     """Of a plane z = 0.4 x + across y the section along x is straight: its length is known."""
@@ -156,7 +156,7 @@ def test_the_line_of_a_slanting_cloud_is_no_zigzag(
 
 @pytest.mark.parametrize("turn", [0.0, 30.0, 200.0])
 @pytest.mark.parametrize(("dip", "b"), [(30, 90), (30, 40), (72, 15), (55, -35), (45, 0), (90, 40)])
-def test_apparent_dips_by_the_closed_formula(turn: float, dip: float, b: float) -> None:
+def test_apparent_dips_follow_the_closed_formula(turn: float, dip: float, b: float) -> None:
     """tan a = tan d sin b, b from the section's strike to the plane's."""
     section = Plane(90 + turn, 90)
     panel = curtain_from_plane(section, UTM).panels[0]
@@ -172,7 +172,7 @@ def test_apparent_dips_by_the_closed_formula(turn: float, dip: float, b: float) 
     assert apparent_dip_deg(section.normal(), panel.right, panel.up) is None
 
 
-def test_features_come_along_the_direction_of_projection() -> None:
+def test_features_are_projected_along_the_given_direction() -> None:
     curtain = curtain_from_plane(Plane(180, 90), UTM)
     plane = Plane(90, 40)
     item = Item(

@@ -46,7 +46,7 @@ def written(tmp_path: Path, curtain: Curtain, along: np.ndarray | None, name: st
 
 
 @pytest.mark.parametrize("angle", [3.0, 5.0, 12.0, 19.0])
-def test_a_grazing_direction_costs_what_is_said(angle: float) -> None:
+def test_cost_of_a_grazing_direction_is_reported(angle: float) -> None:
     """Features move by h cot a in the section, h from it: that is what a degree changes."""
     (finding,) = ProjectionDirections(Line(angle, 0.0).vector()).check(EAST)
     cot = [1.0 / math.tan(math.radians(angle + step)) for step in (-0.05, 0.05)]
@@ -56,7 +56,7 @@ def test_a_grazing_direction_costs_what_is_said(angle: float) -> None:
     assert finding.values["angle_deg"] == pytest.approx(angle)
 
 
-def test_directions_that_meet_the_section_are_not_warned_of_and_those_in_it_refused() -> None:
+def test_directions_across_the_section_pass_and_those_within_it_are_rejected() -> None:
     for line in (Line(90, 0), Line(21, 0), Line(120, 20), Line(135, 60)):
         assert ProjectionDirections(line.vector()).check(EAST) == ()
     assert ProjectionDirections(None).check(EAST) == ()
@@ -65,7 +65,7 @@ def test_directions_that_meet_the_section_are_not_warned_of_and_those_in_it_refu
             ProjectionDirections(line.vector()).check(EAST)
 
 
-def test_of_a_line_with_bends_the_pieces_that_are_met_hold_features() -> None:
+def test_only_pieces_crossed_by_the_direction_contain_features() -> None:
     bent = curtain_from_line([[0, -50], [0, 0], [50, 0]])
     along = Line(0.0, 0.0).vector()
     (finding,) = ProjectionDirections(along).check(bent)
@@ -74,7 +74,7 @@ def test_of_a_line_with_bends_the_pieces_that_are_met_hold_features() -> None:
     assert [float(flat.points[0, 0]) for flat in flats] == pytest.approx([60.0])
 
 
-def test_files_say_along_what_features_were_projected(tmp_path: Path) -> None:
+def test_files_state_the_projection_direction(tmp_path: Path) -> None:
     along = Line(120.0, 20.0).vector()
     angle = math.degrees(math.asin(math.cos(math.radians(20)) * math.cos(math.radians(30))))
     assert "trend 120.0000, plunge 20.0000" in written(tmp_path, EAST, along, "a.csv")
@@ -106,7 +106,7 @@ def line_item(points: np.ndarray, form: str = "line") -> Item:
     return Item("traces", form, points, "t", "t", "bedding", "", "#000000")  # type: ignore[arg-type]
 
 
-def test_a_line_across_a_bend_is_on_both_pieces() -> None:
+def test_feature_line_across_a_bend_is_drawn_on_both_pieces() -> None:
     """A line that lies on the section itself is drawn where it is, and one beside it is broken at
     the bend on the inner side, where both pieces have the corner before them."""
     bent = curtain_from_line([[0, -50], [0, 0], [50, 0]])
@@ -136,7 +136,7 @@ def test_a_line_across_a_bend_is_on_both_pieces() -> None:
     assert section_figures(cut, bent, flats, 0).features == 1
 
 
-def test_a_line_along_a_section_that_was_drawn_by_hand_is_not_broken() -> None:
+def test_feature_line_along_a_hand_drawn_section_is_not_broken() -> None:
     turn = np.linspace(0, np.pi, 90)
     many = curtain_from_line(80.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1))
     angle = np.linspace(0.1, 3.0, 40)

@@ -71,7 +71,7 @@ def drawing(width: float = 20.0, height: float = 8.0) -> Drawing:
     )
 
 
-def test_words_are_text_and_lines_are_where_they_are_to_scale(tmp_path: Path) -> None:
+def test_sheet_contains_text_as_text_and_lines_to_scale(tmp_path: Path) -> None:
     view = replace(
         view_along_line(45, 0),
         reason=Finding("view.chosen", description="along the axis of the fold"),
@@ -104,7 +104,7 @@ def test_words_are_text_and_lines_are_where_they_are_to_scale(tmp_path: Path) ->
     assert box[2] / MM == pytest.approx(236.0, abs=0.1)
 
 
-def test_the_bar_is_as_long_as_it_says(tmp_path: Path) -> None:
+def test_scale_bar_has_its_stated_length(tmp_path: Path) -> None:
     write_sheet(tmp_path / "s.pdf", drawing(), view_along_line(45, 0), "pdf")
     _, page = page_of(tmp_path / "s.pdf")
     assert "5 m, 1 : 100" in get_texts(page)
@@ -113,7 +113,7 @@ def test_the_bar_is_as_long_as_it_says(tmp_path: Path) -> None:
     assert 25.0 in widths
 
 
-def test_a_narrow_picture_and_unknown_scale_are_said_whole(tmp_path: Path) -> None:
+def test_narrow_picture_and_unknown_scale_are_described_in_full(tmp_path: Path) -> None:
     view = replace(
         view_along_line(45, 0),
         is_north_known=False,
@@ -129,7 +129,7 @@ def test_a_narrow_picture_and_unknown_scale_are_said_whole(tmp_path: Path) -> No
     assert box[2] / MM == pytest.approx(166.0, abs=0.1)
 
 
-def test_no_label_covers_another_and_those_apart_are_led_to() -> None:
+def test_labels_do_not_overlap_and_distant_ones_have_leader_lines() -> None:
     """Twelve planes at one place: some find room beside it, some at the end of a line, the others
     have no label."""
     at = np.array([[0.0, 0.0]])
@@ -180,7 +180,7 @@ def frame_of(dark: np.ndarray) -> tuple[float, float, float, float]:
         2,
     ),
 )
-def test_ticks_of_a_picture_are_to_the_scale_that_it_states(
+def test_picture_ticks_match_the_stated_scale(
     tmp_path: Path, ending: str, width: float, height: float
 ) -> None:
     """By the resolution that the file tells a printer."""
@@ -212,7 +212,7 @@ def test_ticks_of_a_picture_are_to_the_scale_that_it_states(
 
 
 @pytest.mark.parametrize("ending", first_in_default_tier(["png", "jpg"]))
-def test_a_picture_has_the_interpretation_where_the_ticks_say(tmp_path: Path, ending: str) -> None:
+def test_interpretation_in_a_picture_matches_the_ticks(tmp_path: Path, ending: str) -> None:
     output = drawing()
     path = tmp_path / f"s.{ending}"
     write_sheet(path, output, view_along_line(45, 0), format_from_path(path))
@@ -239,7 +239,7 @@ def test_a_picture_has_the_interpretation_where_the_ticks_say(tmp_path: Path, en
 
 
 @pytest.mark.full
-def test_a_page_of_pixels_is_no_larger_than_paper_however_large_the_picture(
+def test_pixel_page_is_no_larger_than_paper_for_any_picture_size(
     tmp_path: Path,
 ) -> None:
     """A quarter of a metre and its margins."""
@@ -251,7 +251,7 @@ def test_a_page_of_pixels_is_no_larger_than_paper_however_large_the_picture(
             assert max(page.size) < (250.0 + 75.0) / 25.4 * 300.0
 
 
-def test_words_at_the_ticks_of_a_narrow_picture_do_not_meet(tmp_path: Path) -> None:
+def test_tick_labels_of_a_narrow_picture_do_not_overlap(tmp_path: Path) -> None:
     narrow = replace(drawing(0.5, 8.0), shapes=())
     write_sheet(tmp_path / "s.png", narrow, view_along_line(45, 0), "png")
     with Image.open(tmp_path / "s.png") as page:
@@ -261,7 +261,7 @@ def test_words_at_the_ticks_of_a_narrow_picture_do_not_meet(tmp_path: Path) -> N
     assert (np.diff(ticks) > 3.0 / 25.4 * 300.0).all()
 
 
-def test_the_ending_says_the_format() -> None:
+def test_suffix_determines_the_format() -> None:
     for name, format_ in (
         ("a.PNG", "png"),
         ("a.jpg", "jpeg"),
@@ -298,7 +298,7 @@ def key_drawing() -> Drawing:
     return replace(drawing(), shapes=shapes)
 
 
-def test_the_legend_names_each_type_once_and_says_how_it_is_drawn(tmp_path: Path) -> None:
+def test_legend_lists_each_type_once_with_its_symbols(tmp_path: Path) -> None:
     result = {entry.name: entry for entry in create_entries(key_drawing().shapes)}
     assert list(result) == ["bedding", "joint $J_1$", "sandstone", "known lines"]
     bed, joint = result["bedding"], result["joint $J_1$"]
@@ -338,7 +338,7 @@ def test_a_legend_of_many_long_names_stays_on_the_page(tmp_path: Path) -> None:
     assert all(0 < y < box[3] for _, y in places)
 
 
-def test_a_label_leaves_the_points_of_others_to_be_seen_where_there_is_room() -> None:
+def test_label_avoids_covering_other_points_if_possible() -> None:
     """Beside a point to the right there is no other; else the label goes there, or further off."""
     first = np.array([[0.0, 0.0]])
     for beside in ([0.6, 0.2], [0.6, -0.2], [-0.6, 0.2]):

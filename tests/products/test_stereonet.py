@@ -74,7 +74,7 @@ def pixel(artists: NetArtists, line: Line) -> tuple[float, float]:
     return float(x), float(y)
 
 
-def test_the_net_says_what_it_is() -> None:
+def test_net_states_its_projection_and_contents() -> None:
     _, artists = draw(FULL, 600, 400)
     words = texts(artists)
     assert "N" in words
@@ -99,7 +99,7 @@ def test_the_net_says_what_it_is() -> None:
     ),
     ids=["full", "contoured", "crowded", "crowded and contoured", "empty"],
 )
-def test_no_text_overlaps_or_is_cut_off(net: NetContents, width: int, height: int) -> None:
+def test_texts_neither_overlap_nor_are_cut_off(net: NetContents, width: int, height: int) -> None:
     figure, artists = draw(net, width, height)
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
     boxes = {t.get_text(): t.get_window_extent(renderer) for t in artists.axes.texts}
@@ -161,7 +161,7 @@ def test_a_click_on_a_great_circle_finds_its_plane() -> None:
     assert bare.feature_at(x, y) is None
 
 
-def test_a_lasso_holds_what_is_inside_it() -> None:
+def test_lasso_selects_the_features_inside_it() -> None:
     _, artists = draw(FULL)
     w, h = 2 * artists.centre_px[0], 360.0
     assert len(artists.features_in_polygon([(0, 0), (w, 0), (w, h), (0, h)])) == 38
@@ -170,7 +170,7 @@ def test_a_lasso_holds_what_is_inside_it() -> None:
     assert "Fault0" in artists.features_in_polygon(square)
 
 
-def test_selection_emphasises_in_the_same_colour_and_can_be_taken_back() -> None:
+def test_selection_is_highlighted_in_the_set_colour_and_can_be_cleared() -> None:
     _, artists = draw(replace(FULL, selected=frozenset(), ellipses=()))
     count = len(artists.axes.get_children())
     artists.select({"Joints4"})
@@ -182,7 +182,7 @@ def test_selection_emphasises_in_the_same_colour_and_can_be_taken_back() -> None
     assert len(artists.axes.get_children()) == count
 
 
-def test_the_legend_names_the_ellipse_as_long_as_there_is_one() -> None:
+def test_legend_names_the_ellipse_only_while_one_is_drawn() -> None:
     figure, artists = draw(replace(FULL, selected=frozenset(), ellipses=()))
     name = SYMBOLS["pole-ellipse"]
     assert name not in texts(artists)
@@ -206,7 +206,7 @@ def test_thousands_of_great_circles_are_one_collection() -> None:
     assert not artists.arcs[0].size  # too many to see the poles: left out unless asked
 
 
-def test_ten_thousand_poles_draw_smoothly() -> None:
+def test_ten_thousand_poles_are_drawn_within_a_quarter_of_a_second() -> None:
     many = make_sets(
         {"Facets": cluster(132, 41, 10_000, 20)}, {"Facets": [str(i) for i in range(10_000)]}
     )
@@ -239,7 +239,7 @@ def test_an_unknown_contour_or_format_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("format", first_in_default_tier(["svg", "pdf", "png"]))
-def test_figures_are_written_with_text_as_text(tmp_path: Path, format: str) -> None:
+def test_svg_figures_contain_text_as_text(tmp_path: Path, format: str) -> None:
     out = tmp_path / f"net.{format}"
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -254,7 +254,7 @@ def test_figures_are_written_with_text_as_text(tmp_path: Path, format: str) -> N
 
 
 @pytest.mark.parametrize("size_mm", [SIZE_MM, (90.0, 140.0)])
-def test_a_figure_is_as_large_as_was_asked(tmp_path: Path, size_mm: tuple[float, float]) -> None:
+def test_figure_has_the_requested_size(tmp_path: Path, size_mm: tuple[float, float]) -> None:
     from PIL import Image
 
     net = NetContents(SETS[1:2])
@@ -283,7 +283,7 @@ def test_a_figure_is_as_large_as_was_asked(tmp_path: Path, size_mm: tuple[float,
         [(1, 85.0), (4, 85.0), (9, 85.0), (1, 170.0), (4, 170.0), (9, 170.0), (14, 170.0)], 2
     ),
 )
-def test_a_figure_is_as_high_as_its_words_need(tmp_path: Path, count: int, width_mm: float) -> None:
+def test_figure_height_fits_its_texts(tmp_path: Path, count: int, width_mm: float) -> None:
     """Nothing is left out, and the net does not shrink for it."""
     planes = ("plane", [10.0, 14.0, 12.0], [20.0, 21.0, 23.0])
     sets = make_sets({f"bedding of the limb {i}": planes for i in range(count)}, {})
@@ -302,7 +302,7 @@ def test_a_figure_is_as_high_as_its_words_need(tmp_path: Path, count: int, width
 
 
 @pytest.mark.parametrize("name", ["$x^{$", "a$b$c", "$"])
-def test_names_with_dollars_are_drawn_as_they_are(tmp_path: Path, name: str) -> None:
+def test_names_with_dollar_signs_are_drawn_literally(tmp_path: Path, name: str) -> None:
     sets = make_sets({name: ("plane", [10, 30], [20, 20]), "b": ("plane", [90], [40])}, {})
     out = tmp_path / "net.svg"
     write_stereonet(out, NetContents(sets=sets), format="svg")
@@ -310,13 +310,13 @@ def test_names_with_dollars_are_drawn_as_they_are(tmp_path: Path, name: str) -> 
     assert f"{name}, poles (n = 2)" in words
 
 
-def test_rows_that_are_no_numbers_are_left_out_with_their_ids() -> None:
+def test_non_numeric_rows_are_left_out_with_their_ids() -> None:
     (s,) = make_sets({"a": ("plane", [10, np.nan, 30], [20, 20, 20])}, {"a": ["x", "y", "z"]})
     assert s.ids == ("x", "z")
     assert len(s) == 2
 
 
-def test_every_theme_keeps_colours_apart_from_its_ground() -> None:
+def test_every_theme_separates_colours_from_the_background() -> None:
     for style in (NetStyle(), NetStyle.dark()):
         assert style.ink != style.net
         assert style.color("#000000") != style.net
@@ -325,7 +325,7 @@ def test_every_theme_keeps_colours_apart_from_its_ground() -> None:
 
 
 @pytest.mark.parametrize("width", [700, 380])
-def test_the_bar_of_contours_is_made_of_even_steps_with_their_levels(width: int) -> None:
+def test_contour_bar_has_even_steps_labelled_with_their_levels(width: int) -> None:
     from matplotlib.patches import Rectangle
 
     figure, artists = draw(replace(FULL, contour="kamb"), width, 450)
@@ -343,7 +343,7 @@ def test_the_bar_of_contours_is_made_of_even_steps_with_their_levels(width: int)
 
 
 @pytest.mark.parametrize(("width", "height"), [(700, 450), (360, 420)])
-def test_the_title_stands_over_all_other_words_of_its_column(width: int, height: int) -> None:
+def test_title_is_above_all_other_texts_of_its_column(width: int, height: int) -> None:
     net = replace(FULL, title="Limb of the Big Elk", notes=("north known",))
     figure, artists = draw(net, width, height)
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]

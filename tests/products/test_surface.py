@@ -72,7 +72,7 @@ def grooves(n: int, step: float, angle: float, wave: float, height: float) -> Ar
 
 
 @pytest.mark.parametrize("exponent", first_in_default_tier([0.4, 0.8]))
-def test_the_exponent_of_a_self_affine_surface(exponent: float) -> None:
+def test_exponent_of_a_self_affine_surface_is_recovered(exponent: float) -> None:
     rng = np.random.default_rng(1)
     result, held = [], 0
     for _ in range(12):
@@ -87,7 +87,9 @@ def test_the_exponent_of_a_self_affine_surface(exponent: float) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("exponent", [0.3, 0.6, 0.8])
-def test_the_stated_error_holds_and_no_direction_is_claimed_falsely(exponent: float) -> None:
+def test_stated_error_contains_the_exponent_and_no_direction_is_falsely_significant(
+    exponent: float,
+) -> None:
     rng = np.random.default_rng(2)
     runs, held, claimed, result = 200, 0, 0, []
     for _ in range(runs):
@@ -102,7 +104,7 @@ def test_the_stated_error_holds_and_no_direction_is_claimed_falsely(exponent: fl
 
 
 @pytest.mark.full
-def test_no_direction_is_claimed_on_surfaces_without() -> None:
+def test_surfaces_without_a_direction_have_no_significant_one() -> None:
     rng = np.random.default_rng(3)
     claimed = [
         increments.find_smoothest_direction(
@@ -114,7 +116,7 @@ def test_no_direction_is_claimed_on_surfaces_without() -> None:
 
 
 @pytest.mark.parametrize("angle", first_in_default_tier([20.0, 75.0, 170.0]))
-def test_grooves_are_the_smoothest_direction_within_the_stated_error(angle: float) -> None:
+def test_groove_direction_is_found_within_the_stated_error(angle: float) -> None:
     rng = np.random.default_rng(4)
     held, off = 0, []
     for _ in range(8):
@@ -130,7 +132,7 @@ def test_grooves_are_the_smoothest_direction_within_the_stated_error(angle: floa
 
 
 @pytest.mark.parametrize("turn", [0.0, 30.0])
-def test_grooves_on_a_dipping_face_have_their_line_in_the_world(turn: float) -> None:
+def test_groove_direction_on_a_dipping_face_is_a_line_in_world(turn: float) -> None:
     attitude = (ATTITUDE[0] + turn, ATTITUDE[1])
     rng = np.random.default_rng(5)
     heights = 0.002 * self_affine(128, 0.6, rng) + grooves(128, 0.05, 40.0, 0.7, 0.012)
@@ -189,7 +191,7 @@ def test_white_noise_and_a_perfect_plane_have_no_exponent_and_no_direction() -> 
     assert exact.smoothest is None
 
 
-def test_a_mesh_whose_roughness_is_below_its_edges_is_refused_unless_its_noise_is_given() -> None:
+def test_mesh_with_roughness_below_its_edges_has_no_exponent_unless_noise_is_given() -> None:
     rough = 0.002 * self_affine(128, 0.7, np.random.default_rng(7))
     mesh = mesh_over(rough, 0.05)
     assert analyse(mesh).hurst is None
@@ -216,7 +218,7 @@ def test_grooves_of_one_wavelength_have_no_exponent(seed: int) -> None:
     assert result.smoothest is not None
 
 
-def test_an_exact_plane_is_answered_in_words() -> None:
+def test_exact_plane_is_reported_as_flat() -> None:
     rng = np.random.default_rng(0)
     u, v = axes_of(*ATTITUDE)
     result = analyse(PointCloud(rng.uniform(-2, 2, (8000, 2)) @ np.stack([u, v])))
@@ -227,7 +229,7 @@ def test_an_exact_plane_is_answered_in_words() -> None:
         assert reason.code == "roughness.flat"
 
 
-def test_where_the_plane_ends_is_found_and_its_trim_turns_it_back() -> None:
+def test_edge_of_the_plane_is_found_and_trimming_restores_its_attitude() -> None:
     rng = np.random.default_rng(8)
     n, step = 120, 0.05
     heights = 0.003 * rng.standard_normal((n, n))
@@ -248,14 +250,14 @@ def test_where_the_plane_ends_is_found_and_its_trim_turns_it_back() -> None:
 
 
 @pytest.mark.full
-def test_a_rough_surface_that_is_one_plane_is_not_trimmed() -> None:
+def test_rough_planar_surface_is_not_trimmed() -> None:
     rng = np.random.default_rng(9)
     trims = [find_planar_part(self_affine(96, 0.5, rng), 0.0).is_trimmed for _ in range(20)]
     assert sum(trims) <= 2
 
 
 @pytest.mark.parametrize(("share", "slope"), [(0.3, 1.0), (0.35, 0.2), (0.4, 0.1), (0.5, 0.2)])
-def test_a_plane_of_the_larger_part_is_no_compromise(share: float, slope: float) -> None:
+def test_plane_is_fitted_to_the_larger_part_only(share: float, slope: float) -> None:
     rng = np.random.default_rng(11)
     n, step = 100, 0.04
     x = np.arange(n) * step
@@ -272,7 +274,7 @@ def test_a_plane_of_the_larger_part_is_no_compromise(share: float, slope: float)
 
 
 @pytest.mark.parametrize("exponent", first_in_default_tier([0.5, 0.8]))
-def test_rough_and_bent_surfaces_are_not_said_to_be_broken(exponent: float) -> None:
+def test_rough_and_bent_surfaces_are_not_reported_as_two_planes(exponent: float) -> None:
     rng = np.random.default_rng(12)
     for _ in range(8):
         assert find_planar_part(self_affine(72, exponent, rng), 0.0).remaining_plane is None
@@ -283,7 +285,7 @@ def test_rough_and_bent_surfaces_are_not_said_to_be_broken(exponent: float) -> N
         assert not result.is_trimmed
 
 
-def test_parts_of_a_model_and_what_is_refused() -> None:
+def test_part_of_a_model_is_selected_and_invalid_input_is_rejected() -> None:
     mesh = mesh_over(0.01 * np.random.default_rng(10).standard_normal((80, 80)), 0.05)
     middle = mesh.vertices.mean(axis=0)
     part = extract_within_radius(mesh, middle, 1.0)
@@ -306,7 +308,7 @@ def test_parts_of_a_model_and_what_is_refused() -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("hurst", [0.5, 0.8])
-def test_points_at_random_have_the_exponent_of_the_surface_between_them(hurst: float) -> None:
+def test_irregular_points_give_the_exponent_of_the_surface(hurst: float) -> None:
     """A map that is drawn from point to point is smoother than what lies between them. Heights are
     exact, of a spectrum of which every fourth place is taken: it has all of the short waves."""
     result = []

@@ -33,7 +33,7 @@ def told(result: Any) -> dict[str, tuple[str, list[float], list[float]]]:
     return {s.name: (s.kind, list(s.azimuth_deg), list(s.angle_deg)) for s in result.sets}
 
 
-def test_rows_are_told_apart_by_set(tmp_path: Path) -> None:
+def test_rows_are_grouped_by_set(tmp_path: Path) -> None:
     assert told(net(tmp_path, BOTH)) == {
         "A (planes)": ("plane", [120, 130], [30, 35]),
         "A (lines)": ("line", [200], [10]),
@@ -42,7 +42,7 @@ def test_rows_are_told_apart_by_set(tmp_path: Path) -> None:
     }
 
 
-def test_any_column_tells_rows_apart(tmp_path: Path) -> None:
+def test_rows_are_grouped_by_any_column(tmp_path: Path) -> None:
     result = told(net(tmp_path, BOTH, "site"))
     assert result == {
         "n (planes)": ("plane", [120, 90], [30, 45]),
@@ -53,7 +53,7 @@ def test_any_column_tells_rows_apart(tmp_path: Path) -> None:
         net(tmp_path, BOTH, "colour")
 
 
-def test_without_sets_kinds_tell_rows_apart_and_without_kinds_geometry(tmp_path: Path) -> None:
+def test_rows_without_sets_are_grouped_by_kind_or_by_geometry(tmp_path: Path) -> None:
     without = BOTH.replace(",A,", ",,").replace(",B,", ",,")
     assert list(told(net(tmp_path, without))) == ["bedding", "striae", "fault", "joint"]
     bare = "dip_direction,dip,trend,plunge\n120,30,,\n,,200,10\n130,35,,\n"
@@ -63,13 +63,13 @@ def test_without_sets_kinds_tell_rows_apart_and_without_kinds_geometry(tmp_path:
     }
 
 
-def test_a_net_keeps_what_was_asked(tmp_path: Path) -> None:
+def test_net_keeps_the_requested_options(tmp_path: Path) -> None:
     plain, requests = net(tmp_path, BOTH), net(tmp_path, BOTH, projection="angle", contour="kamb")
     assert (plain.projection, plain.contour) == ("area", None)
     assert (requests.projection, requests.contour) == ("angle", "kamb")
 
 
-def test_clusters_have_a_mean_and_girdles_have_none(tmp_path: Path) -> None:
+def test_clusters_have_a_mean_and_girdles_do_not(tmp_path: Path) -> None:
     rng = np.random.default_rng(2)
     normals = Plane(132, 41).normal() + 0.05 * rng.normal(size=(20, 3))
     direction, dip = normals_to_planes(normals)[:2]

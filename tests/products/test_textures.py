@@ -28,7 +28,7 @@ def level(pyramid: Pyramid, k: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("width", "height"), [(8, 8), (16, 4), (13, 7), (1, 1)])
-def test_every_level_is_the_mean_of_fours_of_the_one_before(
+def test_every_level_is_the_mean_of_four_texels_of_the_previous_level(
     tmp_path: Path, width: int, height: int
 ) -> None:
     rgb = picture(tmp_path / "a.png", width, height)
@@ -47,7 +47,7 @@ def test_every_level_is_the_mean_of_fours_of_the_one_before(
     assert len(pyramid.texels) == end
 
 
-def test_levels_that_no_pixel_needs_are_left_out(tmp_path: Path) -> None:
+def test_unneeded_fine_levels_are_not_loaded(tmp_path: Path) -> None:
     picture(tmp_path / "a.png", 32, 16)
     whole, part = (load_pyramid(tmp_path / "a.png", k) for k in (0, 2))
     assert whole is not None
@@ -57,7 +57,7 @@ def test_levels_that_no_pixel_needs_are_left_out(tmp_path: Path) -> None:
     assert np.abs(level(part, 0).astype(float) - level(whole, 2)).max() <= 2.0
 
 
-def test_those_used_last_are_kept_while_there_is_room(
+def test_recently_used_textures_are_kept_within_the_memory_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     paths = [tmp_path / f"{k}.png" for k in range(3)]
@@ -77,7 +77,7 @@ def test_those_used_last_are_kept_while_there_is_room(
     assert store.get(paths[2]) is alone
 
 
-def test_a_picture_that_cannot_be_read_is_asked_for_once_and_named(tmp_path: Path) -> None:
+def test_unreadable_picture_is_tried_once_and_reported(tmp_path: Path) -> None:
     broken = tmp_path / "broken.png"
     broken.write_bytes(b"no picture")
     store = TextureStore({})

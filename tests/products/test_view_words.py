@@ -11,7 +11,7 @@ from vomstudio.products.ortho.view_directions import view_along_line
 
 
 @pytest.mark.parametrize("trend", range(0, 360, 15))
-def test_the_ends_of_a_picture_are_a_quarter_turn_from_the_view(trend: int) -> None:
+def test_side_labels_of_a_picture_are_perpendicular_to_the_view(trend: int) -> None:
     winds = (
         "N",
         "NNE",
@@ -51,7 +51,7 @@ def test_the_ends_of_a_picture_are_a_quarter_turn_from_the_view(trend: int) -> N
         (-45, "up", "up"),
     ],
 )
-def test_the_arrow_of_a_picture_is_north_on_a_map_and_up_on_a_wall(
+def test_vertical_label_of_a_picture_is_north_on_a_map_and_up_on_a_wall(
     plunge: float, label: str, local_label: str
 ) -> None:
     view = view_along_line(0, plunge)
@@ -61,7 +61,7 @@ def test_the_arrow_of_a_picture_is_north_on_a_map_and_up_on_a_wall(
 
 @pytest.mark.parametrize("trend", range(0, 360, 45))
 @pytest.mark.parametrize("plunge", [46, 70, 89.8, -46, -89.8])
-def test_the_arrow_of_a_steep_view_is_named_by_its_azimuth(trend: int, plunge: float) -> None:
+def test_vertical_label_of_a_steep_view_is_its_azimuth(trend: int, plunge: float) -> None:
     # Seen from above, the top of the picture is farther along the trend; from below, nearer.
     azimuth = trend if plunge > 0 else (trend + 180) % 360
     view = view_along_line(trend, plunge)
@@ -72,5 +72,5 @@ def test_the_arrow_of_a_steep_view_is_named_by_its_azimuth(trend: int, plunge: f
     assert end_labels(replace(view, is_north_known=False))[2] == f"{azimuth:03d}, local"
 
 
-def test_the_view_in_words() -> None:
+def test_view_text_states_trend_and_plunge() -> None:
     assert direction_text(view_along_line(7.26, 12.34)).startswith("View toward 007.3/12.3 ")

@@ -71,7 +71,7 @@ def plain(value):
     return value
 
 
-def test_measurements_and_rows_of_a_batch_are_those_of_one_after_the_other():
+def test_batch_measurements_and_rows_equal_single_ones():
     """Fewer than 12 points: no roughness is told from them, so that fits hang on nothing else."""
     records = {r.id: r for r in (*DEFAULT_TYPES, *models(), *traces())}
     together = measure_all(records, traces())
@@ -86,7 +86,7 @@ def test_measurements_and_rows_of_a_batch_are_those_of_one_after_the_other():
             assert row == rows[row["id"]]
 
 
-def test_points_in_world_are_the_similarity_of_each_vertex():
+def test_world_points_are_the_similarity_of_each_vertex():
     known = {m.id: m for m in models()}
     for trace, points in zip(
         traces(), world_lines(traces(), [known.get(t.model_id) for t in traces()]), strict=True
@@ -99,7 +99,7 @@ def test_points_in_world_are_the_similarity_of_each_vertex():
 
 
 @pytest.mark.parametrize("method", ["pca", "regression"])
-def test_a_fit_has_the_figures_of_its_place_in_the_batch(method):
+def test_fit_has_the_values_of_its_index_in_the_batch(method):
     groups = [np.asarray(t.vertices, float) for t in traces()]
     cuts = np.concatenate([[0], np.cumsum([len(g) for g in groups])])
     fits = fit_planes(np.concatenate(groups), cuts, method=method)
@@ -118,7 +118,7 @@ def test_a_fit_has_the_figures_of_its_place_in_the_batch(method):
         fits[len(fits)]
 
 
-def test_planes_of_many_normals_are_those_of_each():
+def test_planes_from_many_normals_equal_those_from_single_ones():
     rng = np.random.default_rng(3)
     normals = [*rng.normal(size=(200, 3)), [0, 0, 1], [0, 0, -2], [1, 0, 0], [0, -1, 1e-300]]
     assert Plane.from_normals(normals) == [Plane.from_normal(n) for n in normals]
@@ -126,13 +126,13 @@ def test_planes_of_many_normals_are_those_of_each():
 
 
 @given(st.floats(-1e9, 1e9) | st.sampled_from([0.0, -0.0, 360.0, -1e-20, 720.0, -360.0]))
-def test_one_azimuth_is_wrapped_as_many_are(angle):
+def test_single_azimuth_is_wrapped_like_an_array(angle):
     one, many = wrap360(angle), wrap360(np.array([angle]))[0]
     assert (one, np.signbit(one)) == (many, np.signbit(many))
     assert 0.0 <= one < 360.0
 
 
-def test_a_disc_lies_in_its_plane_all_round_its_centre():
+def test_disc_is_in_its_plane_around_its_centre():
     rng = np.random.default_rng(5)
     for _ in range(20):
         normal = rng.normal(size=3)

@@ -34,7 +34,7 @@ def described() -> dict:
     return after(records, describe_bed(records, "line", "#0", "sandstone", "red"))
 
 
-def test_a_bed_has_one_description_and_none_once_it_is_empty() -> None:
+def test_bed_has_one_description_and_none_after_it_is_emptied() -> None:
     records = described()
     assert set(records["line"].beds) == {
         ("#0", "sandstone", "red"),
@@ -54,7 +54,7 @@ def test_a_bed_has_one_description_and_none_once_it_is_empty() -> None:
 
 
 @pytest.mark.parametrize("line", [LINE, TRACE, CONTACT], ids=lambda r: r.name)
-def test_every_line_of_a_log_keeps_its_words_in_the_journal(line, tmp_path) -> None:
+def test_journal_keeps_the_description_of_every_bed_of_a_log(line, tmp_path) -> None:
     folder = tmp_path / "p.vom"
     project = ProjectFolder.create(folder)
     session = project.session
@@ -77,7 +77,7 @@ def test_every_line_of_a_log_keeps_its_words_in_the_journal(line, tmp_path) -> N
 @pytest.mark.parametrize(
     "beds", [[["#1", "a"]], [["#1", "a", 3]], "x", [["#1", "a", None]], None, [{"a": "b"}]]
 )
-def test_words_that_are_none_are_named_where_they_are_read(beds) -> None:
+def test_invalid_descriptions_are_reported_when_read(beds) -> None:
     edit = describe_bed(RECORDS, "line", "#1", "chert", "")
     before, plain = (json.loads(json.dumps(each)) for each in encode_edit(edit))
     plain["line"]["beds"] = beds
@@ -86,7 +86,7 @@ def test_words_that_are_none_are_named_where_they_are_read(beds) -> None:
     assert caught.value.field == "beds"
 
 
-def test_words_stay_with_their_point() -> None:
+def test_descriptions_stay_with_their_points() -> None:
     records = described()
 
     def moved(vertices) -> set:
@@ -105,7 +105,7 @@ def test_words_stay_with_their_point() -> None:
     assert moved(POINTS[1:]) == {("#1", "limestone", ""), (TRACE.id, "", "cross-bedded")}
 
 
-def test_a_trace_keeps_its_words_while_it_is_continued() -> None:
+def test_trace_keeps_its_description_while_it_is_extended() -> None:
     records = after(RECORDS, describe_bed(RECORDS, TRACE.id, "#1", "chert", ""))
     edit = edits.set_vertices(
         records,
@@ -117,7 +117,7 @@ def test_a_trace_keeps_its_words_while_it_is_continued() -> None:
     assert edit.after[TRACE.id].beds == (("#1", "chert", ""),)
 
 
-def test_exports_say_of_which_boundary_they_speak() -> None:
+def test_exports_state_the_boundary_of_each_description() -> None:
     records = described()
     line = records["line"]
     beds = {what: place for place, what in (s.split(": ") for s in bed_lines(line, records))}

@@ -40,7 +40,7 @@ def model(placed: Registration | Frame) -> Model:
     return Model("m1", "m", "m.ply", "mesh", "hash", placed)
 
 
-def test_the_bowing_is_that_of_the_bent_ground() -> None:
+def test_bowing_matches_the_bent_ground() -> None:
     found = registration_bowing(registration(-0.001))
     assert found is not None
     assert found.significant
@@ -50,18 +50,18 @@ def test_the_bowing_is_that_of_the_bent_ground() -> None:
     assert max_bowing_deg([model(registration(-0.001)), None]) == pytest.approx(found.across_deg)
 
 
-def test_a_wrong_point_neither_hides_nor_makes_it() -> None:
+def test_wrong_point_neither_hides_nor_causes_bowing() -> None:
     bent = registration_bowing(registration(-0.001, wrong=True))
     assert bent is not None
     assert bent.curvature_per_m == pytest.approx(-0.001, rel=0.1)
     assert max_bowing_deg([model(registration(0.0, wrong=True))]) is None
 
 
-def test_flat_and_declared_models_have_none() -> None:
+def test_flat_and_declared_models_have_no_bowing() -> None:
     assert max_bowing_deg([model(registration(0.0)), model(Frame("local")), None]) is None
 
 
-def test_the_panel_says_how_far_the_model_may_be_turned_and_what_is_wrong_with_it() -> None:
+def test_summary_states_the_rotation_error_and_warnings_of_a_registration() -> None:
     told = summarize_registration(registration(-0.001))
     facts = {fact.code: fact for fact in told.facts}
     assert facts["control-points"].values == {"count": 10}
@@ -81,21 +81,21 @@ def test_the_panel_says_how_far_the_model_may_be_turned_and_what_is_wrong_with_i
     assert not with_code(summarize_registration(registration(0.0)).warnings, "registration.bowed")
 
 
-def test_few_points_and_none_that_judge_are_said() -> None:
+def test_few_control_points_and_missing_check_points_are_reported() -> None:
     record = registration(0.0, n=3)
     warnings = by_code(summarize_registration(record).warnings)
     assert warnings["control.no-redundancy"] == {"count": 3, "least": 4}
     assert "control.no-check-points" in warnings
 
 
-def test_of_a_registration_without_errors_nothing_is_made_up() -> None:
+def test_registration_without_errors_has_no_rotation_or_warnings() -> None:
     told = summarize_registration(Registration("r1", "r", "local", Frame("scaled")))
     assert told.rotation is None
     assert [fact.code for fact in told.facts] == ["method"]
     assert told.warnings == ()
 
 
-def test_a_fold_no_stronger_than_the_bowing_is_warned_of() -> None:
+def test_fold_weaker_than_the_bowing_gives_a_warning() -> None:
     """Beds that dip 3 degrees either way along a ridge: an arc of 6 degrees."""
     azimuth = np.array([90.0, 90.0, 270.0, 270.0, 90.0])
     dip = np.array([3.0, 1.5, 1.6, 3.0, 0.8])

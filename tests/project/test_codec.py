@@ -60,7 +60,7 @@ def by_json(plain: Any) -> Any:
 
 
 @pytest.mark.parametrize("record", EVERY, ids=lambda r: type(r).__name__)
-def test_every_record_comes_back_from_json_as_it_was(record: Record) -> None:
+def test_every_record_survives_json(record: Record) -> None:
     assert decode(by_json(encode(record))) == record
 
 
@@ -84,7 +84,7 @@ def test_a_placement_by_registration_is_written_as_its_id() -> None:
         ({"first": {"feature": "t1"}}, "record.unknown-field", {"field": "feature"}),
     ],
 )
-def test_what_cannot_be_read_is_named(
+def test_unreadable_record_is_reported(
     change_: dict[str, Any], code: str, values: dict[str, Any]
 ) -> None:
     with refused(code, DocumentError, **values):
@@ -114,7 +114,7 @@ START = {r.id: r for r in EVERY}
         {"p1": replace(TRACE, id="p1")},
     ],
 )
-def test_an_edit_comes_back_from_json_as_it_was(after: dict[str, Record | None]) -> None:
+def test_edit_survives_json(after: dict[str, Record | None]) -> None:
     edit = change(START, "Do", after)
     before, made = by_json(encode_edit(edit))
     back = decode_edit("Do", before, made, START)
@@ -122,7 +122,7 @@ def test_an_edit_comes_back_from_json_as_it_was(after: dict[str, Record | None])
     assert list(back.after) == list(edit.after)
 
 
-def test_of_a_changed_record_only_what_differs_is_written() -> None:
+def test_only_changed_fields_of_a_record_are_written() -> None:
     edit = change(START, "Do", {"t1": replace(TRACE, notes="wet"), "p1": None})
     before, after = encode_edit(edit)
     assert before["t1"] == {"notes": ""}
@@ -133,7 +133,7 @@ def test_of_a_changed_record_only_what_differs_is_written() -> None:
     assert whole[1]["p1"]["record"] == "trace"
 
 
-def test_a_change_of_what_is_not_there_is_named() -> None:
+def test_change_of_a_missing_record_is_reported() -> None:
     _, after = encode_edit(change(START, "Do", {"t1": replace(TRACE, notes="wet")}))
     with refused("record.without-base", DocumentError, record="t1"):
         decode_edit("Do", {}, after, {})
@@ -167,7 +167,7 @@ class Played:
         return self.row(kind, edit=edit, **more)
 
 
-def test_a_journal_is_played_with_its_way_back_and_forth() -> None:
+def test_journal_is_replayed_with_undo_and_redo() -> None:
     played = Played()
     first = played.do({"t1": TRACE}, settings={"a": 1})
     played.row("save")
@@ -190,7 +190,7 @@ def test_a_journal_is_played_with_its_way_back_and_forth() -> None:
     assert replay([]).top == 0
 
 
-def test_a_new_step_ends_what_can_be_done_again() -> None:
+def test_new_step_clears_the_redo_steps() -> None:
     for kind in ("do", "discard"):
         played = Played()
         played.do({"t1": TRACE})
@@ -203,7 +203,7 @@ def test_a_new_step_ends_what_can_be_done_again() -> None:
         assert set(found.records) == {"t1", "l1"}
 
 
-def test_an_amended_step_is_one_with_the_one_before_it() -> None:
+def test_amended_step_is_merged_with_the_previous_one() -> None:
     played = Played()
     played.do({"t1": TRACE})
     nudged = played.do({"t1": replace(TRACE, notes="1")})
@@ -219,7 +219,7 @@ def test_an_amended_step_is_one_with_the_one_before_it() -> None:
     assert found.records["t1"] == replace(TRACE, notes="2")
 
 
-def test_a_nudge_of_a_step_that_is_lost_stands_for_itself() -> None:
+def test_amendment_of_a_lost_step_becomes_a_separate_step() -> None:
     played = Played()
     moved = played.do({"t1": TRACE})
     played.do({"t1": replace(TRACE, notes="1")}, "amend", of=moved)
@@ -232,14 +232,14 @@ def test_a_nudge_of_a_step_that_is_lost_stands_for_itself() -> None:
     assert len(found.problems) == 1
 
 
-def test_a_project_that_was_never_saved_has_no_save_to_go_back_to() -> None:
+def test_unsaved_project_has_no_save_to_return_to() -> None:
     played = Played()
     played.do({"t1": TRACE})
     found = replay(played.rows)
     assert (found.saved, found.saved_top, found.top) == ({}, 0, 1)
 
 
-def test_drafts_are_kept_until_they_are_finished_or_given_up() -> None:
+def test_drafts_are_kept_until_finished_or_discarded() -> None:
     played = Played()
     draft = played.row("draft", after={"clicks": 3})
     found = replay(played.rows)
@@ -254,7 +254,7 @@ def test_drafts_are_kept_until_they_are_finished_or_given_up() -> None:
     assert replay(played.rows).draft is None
 
 
-def test_a_damaged_row_is_named_and_left_out_and_later_steps_back_take_it_along() -> None:
+def test_damaged_row_is_reported_and_skipped_together_with_its_undo() -> None:
     played = Played()
     played.do({"t1": TRACE})
     lost = played.do({"p1": PATCH})
@@ -278,7 +278,7 @@ def test_a_damaged_row_is_named_and_left_out_and_later_steps_back_take_it_along(
     assert [seq for seq, _ in found.undone] == [kept, 1]
 
 
-def test_gaps_are_told_and_rows_of_a_kind_to_come_are_named() -> None:
+def test_gaps_and_rows_of_unknown_kind_are_reported() -> None:
     played = Played()
     played.do({"t1": TRACE})
     gap = Finding("journal.rows-missing", count=3, first=2, last=4)
@@ -291,7 +291,7 @@ def test_gaps_are_told_and_rows_of_a_kind_to_come_are_named() -> None:
     assert found.records == {"t1": TRACE}
 
 
-def test_a_placement_by_something_other_than_the_id_of_a_registration_is_refused() -> None:
+def test_placement_that_is_not_a_registration_id_is_rejected() -> None:
     """Such as an object, which cannot be a key."""
     plain = encode(PLACED) | {"placement": {"registration": {"a": {"b": {}}}}}
     with refused("record.missing", DocumentError, kind="registration", field="placement"):

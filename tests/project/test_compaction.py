@@ -66,7 +66,7 @@ def rows(project: ProjectFolder) -> list[tuple[int, str, int | None, str]]:
 
 
 # --- what it takes -------------------------------------------------------------------------------
-def test_what_is_left_are_the_steps_both_ways_with_their_times_and_settings(
+def test_compaction_keeps_undo_and_redo_steps_with_times_and_settings(
     worn: ProjectFolder,
 ) -> None:
     before = {row.seq: row for row in worn.journal.rows()}
@@ -100,7 +100,7 @@ def test_what_is_left_are_the_steps_both_ways_with_their_times_and_settings(
     assert (plan.rows, plan.total_rows) == (0, 7)
 
 
-def test_the_session_goes_on_in_the_new_journal(worn: ProjectFolder) -> None:
+def test_session_continues_in_the_compacted_journal(worn: ProjectFolder) -> None:
     worn.compact()
     session = worn.session
     assert (session.top, session.saved_top, session.dirty) == (4, 4, False)
@@ -115,7 +115,7 @@ def test_the_session_goes_on_in_the_new_journal(worn: ProjectFolder) -> None:
     assert played.top == session.top
 
 
-def test_two_steps_that_can_be_done_again_keep_their_order(worn: ProjectFolder) -> None:
+def test_two_redo_steps_keep_their_order(worn: ProjectFolder) -> None:
     worn.session.undo()
     worn.session.save()
     worn.compact()
@@ -125,7 +125,7 @@ def test_two_steps_that_can_be_done_again_keep_their_order(worn: ProjectFolder) 
     assert read_replay(worn.folder).records == dict(worn.session.records)
 
 
-def test_what_was_saved_with_steps_above_it_undone_is_what_discarding_comes_to(
+def test_discarding_returns_to_the_save_made_with_undone_steps_above_it(
     worn: ProjectFolder,
 ) -> None:
     worn.session.redo()
@@ -139,7 +139,7 @@ def test_what_was_saved_with_steps_above_it_undone_is_what_discarding_comes_to(
     worn.__dict__.update(again.__dict__)
 
 
-def test_views_and_open_clicks_go_along(worn: ProjectFolder) -> None:
+def test_views_and_drafts_survive_compaction(worn: ProjectFolder) -> None:
     worn.journal.set_view("camera", [1.5])
     worn.session.set_draft({"tool": "trace", "vertices": [[0.0, 0.0, 0.0]]})
     worn.session.save()
@@ -153,7 +153,7 @@ def test_views_and_open_clicks_go_along(worn: ProjectFolder) -> None:
     assert read_replay(worn.folder).draft is None
 
 
-def test_only_files_that_no_step_comes_to_are_taken_and_their_size_is_told(
+def test_only_unreachable_files_are_removed_and_their_size_is_reported(
     project: ProjectFolder,
 ) -> None:
     session = project.session
@@ -178,7 +178,7 @@ def test_only_files_that_no_step_comes_to_are_taken_and_their_size_is_told(
     assert not (project.folder / gone.path).exists()
 
 
-def test_a_plan_that_only_takes_files_takes_something(worn: ProjectFolder) -> None:
+def test_plan_that_removes_only_files_is_not_empty(worn: ProjectFolder) -> None:
     worn.compact()
     store_asset(worn.folder, b"x", ".png")
     plan = worn.compaction()
@@ -187,7 +187,7 @@ def test_a_plan_that_only_takes_files_takes_something(worn: ProjectFolder) -> No
 
 
 # --- what it refuses -----------------------------------------------------------------------------
-def test_damaged_rows_are_not_thrown_away(worn: ProjectFolder) -> None:
+def test_journal_with_damaged_rows_is_not_compacted(worn: ProjectFolder) -> None:
     worn.session.problems = ("journal row 5 is damaged",)
     before = rows(worn)
     with refused("compaction.damaged", DocumentError):
@@ -218,7 +218,7 @@ def no_space(monkeypatch: pytest.MonkeyPatch, when: str) -> Iterator[None]:
 
 
 @pytest.mark.parametrize("when", ["writing", "keeping", "replacing"])
-def test_a_compaction_that_fails_has_changed_nothing(
+def test_failed_compaction_changes_nothing(
     worn: ProjectFolder, monkeypatch: pytest.MonkeyPatch, when: str
 ) -> None:
     before, records = rows(worn), dict(worn.session.records)
@@ -246,7 +246,7 @@ def test_a_compaction_that_fails_has_changed_nothing(
 
 
 # --- and back ------------------------------------------------------------------------------------
-def test_taking_it_back_brings_every_row_and_file_and_keeps_what_came_since(
+def test_undoing_compaction_restores_rows_and_files_and_keeps_later_edits(
     worn: ProjectFolder,
 ) -> None:
     before = rows(worn)
@@ -278,7 +278,7 @@ def test_taking_it_back_brings_every_row_and_file_and_keeps_what_came_since(
 
 
 @pytest.mark.parametrize("when", ["writing", "replacing"])
-def test_a_way_back_that_fails_can_be_tried_again_and_adds_nothing_twice(
+def test_failed_undo_of_compaction_can_be_retried_without_duplicates(
     worn: ProjectFolder, monkeypatch: pytest.MonkeyPatch, when: str
 ) -> None:
     before = rows(worn)
@@ -302,7 +302,7 @@ def test_a_way_back_that_fails_can_be_tried_again_and_adds_nothing_twice(
     assert not SIDE & {path.name for path in worn.folder.iterdir()}
 
 
-def test_a_file_that_cannot_be_brought_back_keeps_all_as_it_is_until_it_can(
+def test_file_that_cannot_be_restored_blocks_the_undo_until_it_can(
     project: ProjectFolder,
 ) -> None:
     """Without it the mask of a step of before would be gone for good at the next closing."""
@@ -327,7 +327,7 @@ def test_a_file_that_cannot_be_brought_back_keeps_all_as_it_is_until_it_can(
     assert not SIDE & {path.name for path in project.folder.iterdir()}
 
 
-def test_steps_of_before_that_were_undone_since_are_undone_after(worn: ProjectFolder) -> None:
+def test_earlier_steps_undone_since_compaction_stay_undone(worn: ProjectFolder) -> None:
     worn.compact()
     worn.session.redo()
     worn.session.undo()
@@ -337,7 +337,7 @@ def test_steps_of_before_that_were_undone_since_are_undone_after(worn: ProjectFo
     assert read_replay(worn.folder).records == dict(worn.session.records)
 
 
-def test_rows_written_since_keep_their_time(worn: ProjectFolder) -> None:
+def test_rows_written_since_compaction_keep_their_time(worn: ProjectFolder) -> None:
     worn.compact()
     note(worn, "since")
     written = list(worn.journal.rows())[-1]
@@ -345,7 +345,7 @@ def test_rows_written_since_keep_their_time(worn: ProjectFolder) -> None:
     assert replace(list(worn.journal.rows())[-1], seq=written.seq) == written
 
 
-def test_without_the_journal_of_before_there_is_no_way_back(worn: ProjectFolder) -> None:
+def test_compaction_cannot_be_undone_without_its_backup(worn: ProjectFolder) -> None:
     worn.compact()
     now = rows(worn)
     (worn.folder / "journal-before-compaction.sqlite").unlink()
@@ -354,7 +354,7 @@ def test_without_the_journal_of_before_there_is_no_way_back(worn: ProjectFolder)
     assert rows(worn) == now
 
 
-def test_what_a_kill_left_of_a_compaction_is_cleared_away_at_the_next_closing(
+def test_compaction_files_left_by_a_kill_are_removed_at_the_next_closing(
     worn: ProjectFolder,
 ) -> None:
     for ending in ("", "-wal", "-shm"):
@@ -368,14 +368,14 @@ def test_what_a_kill_left_of_a_compaction_is_cleared_away_at_the_next_closing(
     compaction.discard_backup(worn.folder)
 
 
-def test_what_a_kill_left_of_a_new_journal_is_no_hindrance(worn: ProjectFolder) -> None:
+def test_partial_journal_left_by_a_kill_does_not_block_compaction(worn: ProjectFolder) -> None:
     (worn.folder / "journal-compacted.sqlite").write_bytes(b"half written")
     worn.compact()
     assert verify(worn.folder).sound
 
 
 # --- files that rows name ------------------------------------------------------------------------
-def test_a_file_is_kept_once_under_what_it_holds(tmp_path: Path) -> None:
+def test_asset_is_stored_once_under_its_content_hash(tmp_path: Path) -> None:
     first, again = (store_asset(tmp_path, b"mask", ".png") for _ in range(2))
     assert first == again
     assert first.size == 4
@@ -395,7 +395,7 @@ def test_a_file_is_kept_once_under_what_it_holds(tmp_path: Path) -> None:
     assert is_intact(path)
 
 
-def test_a_file_that_is_gone_is_named(tmp_path: Path) -> None:
+def test_missing_asset_is_reported(tmp_path: Path) -> None:
     kept = store_asset(tmp_path, b"mask", ".png")
     (tmp_path / kept.path).unlink()
     with refused("asset.missing") as caught:
@@ -404,7 +404,7 @@ def test_a_file_that_is_gone_is_named(tmp_path: Path) -> None:
 
 
 # --- is it whole? --------------------------------------------------------------------------------
-def test_a_project_is_counted_and_looked_through(worn: ProjectFolder) -> None:
+def test_verify_counts_and_checks_a_project(worn: ProjectFolder) -> None:
     session = worn.session
     session.apply(edits.add_trace(session.records, bed("t1")))
     session.apply(add_photo_set(session.records, PhotoSet("s", "photos", "/p")))
@@ -427,7 +427,9 @@ def test_a_project_is_counted_and_looked_through(worn: ProjectFolder) -> None:
     assert missing.values["file"].endswith(kept[0].path)
 
 
-def test_a_file_that_only_the_last_save_names_is_needed_for_discarding(worn: ProjectFolder) -> None:
+def test_file_referenced_only_by_the_last_save_is_needed_for_discarding(
+    worn: ProjectFolder,
+) -> None:
     session = worn.session
     session.apply(add_photo_set(session.records, PhotoSet("s", "photos", "/p")))
     kept = mask(worn, b"saved")

@@ -57,7 +57,7 @@ def made(tmp_path: Path) -> Path:
     return path.with_suffix(".json")
 
 
-def test_a_sound_one_is_found(made: Path, tmp_path: Path) -> None:
+def test_valid_comparison_is_found(made: Path, tmp_path: Path) -> None:
     (kept,) = stored_comparisons(tmp_path, "m1")
     assert kept.is_current(MODEL)
 
@@ -65,7 +65,7 @@ def test_a_sound_one_is_found(made: Path, tmp_path: Path) -> None:
 ODD: list[Any] = [7, "x", None, [], {}, [[1.0]], [[1.0] * 3] * 2, 10**400, True, [None]]
 
 
-def test_whatever_one_of_its_values_is(made: Path, tmp_path: Path) -> None:
+def test_any_invalid_value_in_a_stored_comparison_is_tolerated(made: Path, tmp_path: Path) -> None:
     from vomstudio.studio.jobs.placed_model import PlacedModel
     from vomstudio.ui.panels.comparison.compare_panel import ModelComparison, result_text
 
@@ -89,7 +89,7 @@ def test_whatever_one_of_its_values_is(made: Path, tmp_path: Path) -> None:
     assert shown, "some of these values are as good as others"
 
 
-def test_warnings_are_findings(made: Path, tmp_path: Path) -> None:
+def test_stored_warnings_are_findings(made: Path, tmp_path: Path) -> None:
     stored = json.loads(made.read_text())
     finding = Finding("comparison.outdated", benchmark="scan", day="2026-01-01")
     stored["figures"]["warnings"] = [finding.to_dict()]
@@ -102,7 +102,7 @@ def test_warnings_are_findings(made: Path, tmp_path: Path) -> None:
         assert stored_comparisons(tmp_path, "m1") == []
 
 
-def test_one_that_is_odd_hides_no_other(made: Path, tmp_path: Path) -> None:
+def test_invalid_comparison_does_not_hide_others(made: Path, tmp_path: Path) -> None:
     """They are sorted by the time at which they were made."""
     told = json.loads(made.read_text())
     made.with_name("two.npz").write_bytes(made.with_suffix(".npz").read_bytes())
@@ -114,7 +114,7 @@ def test_one_that_is_odd_hides_no_other(made: Path, tmp_path: Path) -> None:
     "values",
     [np.array(["a"] * 400), np.zeros((20, 20)), np.zeros(400, complex), np.float64(3.0)],
 )
-def test_distances_that_are_none(values: Any, tmp_path: Path) -> None:
+def test_invalid_distances_are_not_loaded(values: Any, tmp_path: Path) -> None:
     from vomstudio.ui.panels.comparison.compare_panel import _read_stored_comparison
 
     path = tmp_path / "fields.npz"

@@ -60,7 +60,7 @@ def test_digits_follow_the_error(resolution: float | None, text: str) -> None:
     assert headline(measure(distance(resolution))) == text
 
 
-def test_the_errors_are_those_of_the_two_points() -> None:
+def test_errors_follow_from_those_of_the_two_points() -> None:
     """Against simulated points whose coordinates have the stated error."""
     errors = point_errors({"distance_m": 13.0}, 0.1)
     rng = np.random.default_rng(3)
@@ -74,7 +74,7 @@ def test_the_errors_are_those_of_the_two_points() -> None:
     assert np.mean(turned <= errors["direction_points95_deg"]) == pytest.approx(0.95, abs=0.01)
 
 
-def test_a_distance_from_before_opens_unchanged() -> None:
+def test_distance_without_resolution_opens_unchanged() -> None:
     old = encode(distance())
     del old["resolution"]
     assert decode(old) == replace(distance(), resolution=None)

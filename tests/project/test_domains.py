@@ -46,7 +46,7 @@ def parted(now: dict, id_: str = "f"):  # type: ignore[no-untyped-def,type-arg]
     return split_by_plane(now, id_, lambda ids: measurements.of(now, ids))
 
 
-def test_what_lies_above_a_fault_is_its_hanging_wall() -> None:
+def test_features_above_a_fault_are_in_its_hanging_wall() -> None:
     """A fault that dips east has its hanging wall in the east."""
     edit, crossing = parted(records())
     assert {id_: r.domain for id_, r in edit.after.items()} == {  # type: ignore[union-attr]
@@ -56,20 +56,20 @@ def test_what_lies_above_a_fault_is_its_hanging_wall() -> None:
     assert crossing == 1
 
 
-def test_an_upright_fault_has_sides() -> None:
+def test_sides_of_an_upright_fault_are_named_by_compass_points() -> None:
     upright = on(Plane(90.0, 89.8), "f", "fault", (0.0, 0.0, 0.0))
     edit, _ = parted(records(upright, *FEATURES[1:]))
     assert {r.domain for r in edit.after.values()} == {"E side", "W side"}  # type: ignore[union-attr]
 
 
-def test_parting_needs_a_plane_and_something_to_part() -> None:
+def test_splitting_needs_a_plane_and_other_features() -> None:
     with refused("domain.no-plane", DocumentError):
         parted(records(), "m")
     with refused("edit.no-change", DocumentError):
         parted(records(FEATURES[0]))
 
 
-def test_domains_are_attributes_and_columns_where_any_is_named() -> None:
+def test_domains_are_attributes_and_a_column_if_any_is_named() -> None:
     now = records()
     assert project_table(now).extra_columns == ()
     edit = set_attributes(now, ["a", "b"], domain="footwall")

@@ -71,7 +71,7 @@ EVERY_ATTRIBUTE = [
 
 
 @pytest.mark.parametrize(("kind", "attribute"), EVERY_ATTRIBUTE)
-def test_a_field_is_put_in_by_what_suits_it(kind, attribute: Attribute):
+def test_every_attribute_has_a_form_suitable_for_its_field(kind, attribute: Attribute):
     """The window builds a widget after the form; a choice offers what a record can hold."""
     hint = get_type_hints(kind.record)[attribute.field]
     form = "type" if attribute.field == "type_id" else "flag" if hint is bool else None
@@ -96,7 +96,7 @@ def test_a_field_is_put_in_by_what_suits_it(kind, attribute: Attribute):
     assert isinstance(attribute.text, str)
 
 
-def test_fields_are_offered_where_they_mean_something():
+def test_attributes_are_offered_only_where_they_apply():
     asked = [
         (ONE_OF_EACH["lineation"], {"slip": True, "slip_confidence": False}),
         (
@@ -121,7 +121,7 @@ def test_fields_are_offered_where_they_mean_something():
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
-def test_a_kind_says_of_itself_what_its_record_can_hold(kind):
+def test_properties_of_a_kind_match_its_record(kind):
     assert find_kind(kind.name) is kind
     assert kind.title[0].isupper()
     assert kind.icon
@@ -149,11 +149,11 @@ def test_a_kind_says_of_itself_what_its_record_can_hold(kind):
     assert kind.parts == ({"first": Group, "second": Group} if kind.name == "intersection" else {})
 
 
-def test_no_kind_has_a_name_that_is_not_there():
+def test_unknown_kind_is_none():
     assert find_kind("dyke") is None
 
 
-def test_features_are_called_what_they_are():
+def test_features_have_the_noun_of_their_kind():
     for name, feature in ONE_OF_EACH.items():
         what = {"dimension": "thickness", "station": "sample"}.get(name, name)
         assert get_kind(feature).noun(feature) == what
@@ -164,7 +164,7 @@ def test_features_are_called_what_they_are():
         assert added.after["d1"].name == f"{what[0].upper()}01"
 
 
-def test_what_was_read_or_derived_stands_on_the_net_beside_the_picks():
+def test_readings_and_derived_lines_have_separate_sets_on_the_net():
     """In sets of its own, with a marker that no feature type has."""
     looks = {kind.name: kind.net for kind in KINDS if kind.net is not None}
     for name in ("trace", "lineation", "patch"):
@@ -176,7 +176,7 @@ def test_what_was_read_or_derived_stands_on_the_net_beside_the_picks():
     assert NetAppearance() == looks["trace"]
 
 
-def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_out():
+def test_one_layer_is_main_and_only_untyped_layers_omit_columns():
     layers: list[GisLayer] = [kind.layer for kind in KINDS if kind.layer is not None]
     assert [layer.name for layer in layers if layer.main] == ["traces"]
     sparse = [kind for kind in KINDS if kind.layer is not None and kind.layer.sparse]
@@ -206,14 +206,14 @@ def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_o
             assert shape.shape[1] == 3
 
 
-def test_what_has_no_type_is_listed_and_hidden_together():
+def test_untyped_kinds_are_listed_and_hidden_by_group():
     assert GROUPS[1] == KindGroup(id="dimensions", title="Measurements", icon="ruler")
     untyped = [ONE_OF_EACH[kind.name] for kind in KINDS if not kind.has_feature_type]
     assert [visibility_group(feature) for feature in untyped] == [group.id for group in GROUPS]
     assert visibility_group(ONE_OF_EACH["contact"]) == "fault"
 
 
-def test_planes_are_told_from_what_has_none():
+def test_kinds_with_and_without_planes_are_distinguished():
     line_read = replace(ONE_OF_EACH["reading"], id="r2", geometry="line")
     records = {**RECORDS_OF_ALL, "r2": line_read}
     having = {i for i, r in records.items() if has_plane(r)}
@@ -227,7 +227,7 @@ def test_planes_are_told_from_what_has_none():
     assert [r.id for r in found] == ["r1", "t1", "r2"]
 
 
-def test_every_field_of_a_record_is_known_once_in_the_merged_list():
+def test_every_attribute_occurs_once_in_the_merged_list():
     assert {a.field for a in ATTRIBUTES} == {a.field for k in KINDS for a in k.attributes}
     fields = [a.field for a in ATTRIBUTES]
     assert fields.index("method") < fields.index("notes")
@@ -235,14 +235,14 @@ def test_every_field_of_a_record_is_known_once_in_the_merged_list():
 
 
 # --- shapes ----------------------------------------------------------------------------------
-def test_half_way_is_where_one_is_after_half_the_walk():
+def test_midpoint_is_at_half_the_length_of_the_line():
     line = np.array([[0, 0, 0], [0, 0, 4], [0, 4, 4], [8, 4, 4]], float)
     assert midpoint(line).tolist() == [0.0, 4.0, 4.0]
     assert midpoint(line[:3]).tolist() == [0.0, 0.0, 4.0]
     assert midpoint(np.array([[1.0, 2, 3], [3, 6, 9]])).tolist() == [2.0, 4.0, 6.0]
 
 
-def test_a_trace_is_drawn_through_its_points_and_named_on_the_rock():
+def test_trace_is_drawn_through_its_points_and_labelled_at_the_nearest_one():
     rng = np.random.default_rng(0)
     subject = seen(bed("t1"))
     sketch = drawn(subject)
@@ -262,7 +262,7 @@ def test_a_trace_is_drawn_through_its_points_and_named_on_the_rock():
         assert anchor.tolist() == own[np.argmin(away)].tolist()
 
 
-def test_what_has_no_points_is_not_drawn():
+def test_feature_without_points_is_not_drawn():
     for name in ("trace", "contact", "lineation", "lithology", "dimension", "station"):
         empty = replace(ONE_OF_EACH[name], vertices=())
         assert drawn(seen(empty)) is None
@@ -272,7 +272,7 @@ def test_what_has_no_points_is_not_drawn():
 
 
 @pytest.mark.parametrize("name", ["trace", "contact", "lineation", "dimension"])
-def test_one_click_is_a_place_and_no_line(name):
+def test_single_click_is_drawn_as_a_point_without_a_line(name):
     one = replace(ONE_OF_EACH[name], vertices=((1.0, 2.0, 3.0),))
     subject = seen(one)
     assert get_kind(one).layer.shape(subject) is None
@@ -300,7 +300,7 @@ def patch(n: int = 4, **more: Any) -> Patch:
     return replace(made, outline=SQUARE[:n], **more)
 
 
-def test_a_patch_is_drawn_by_its_outline_or_as_a_place():
+def test_patch_is_drawn_as_its_outline_or_a_point():
     for n in (3, 4):
         subject = seen(patch(n), model=HALVED)
         ring = 0.5 * np.array(SQUARE[:n])
@@ -318,7 +318,7 @@ def test_a_patch_is_drawn_by_its_outline_or_as_a_place():
     assert places(seen(patch(0))).tolist() == [[1.0, 2.0, 3.0]]
 
 
-def test_a_reading_and_an_intersection_stand_where_they_are():
+def test_readings_and_intersections_are_drawn_at_their_positions():
     subject = seen(replace(ONE_OF_EACH["reading"], position=(4.0, 5.0, 6.0)))
     assert subject.measured.metric
     read = drawn(subject)
@@ -353,7 +353,9 @@ def striation(rake: float, slip: str, n: int = 3, size: float = 4.0) -> Lineatio
 
 @pytest.mark.parametrize("slip", ["normal", "reverse", "sinistral", "dextral"])
 @pytest.mark.parametrize(("rake", "n", "size"), [(20.0, 2, 0.5), (130.0, 4, 4.0)])
-def test_an_arrow_points_where_the_hanging_wall_moved(rake: float, n: int, size: float, slip: str):
+def test_slip_arrow_points_in_the_movement_of_the_hanging_wall(
+    rake: float, n: int, size: float, slip: str
+):
     reading = Reading("r1", "R", "fault", "plane", 90.0, 60.0)
     subject = seen(striation(rake, slip, n, size), reading)
     way = slip_from_rake(FAULT, subject.measured.slip_rake_deg).vector()
@@ -408,7 +410,7 @@ def length(points: np.ndarray) -> float:
     return float(np.linalg.norm(points[1] - points[0]))
 
 
-def test_the_line_of_two_planes_is_drawn_where_they_meet():
+def test_intersection_line_is_drawn_where_the_planes_meet():
     a = wall("a", Plane(90.0, 90.0), (0.0, 0.0, 3.0))
     b = wall("b", Plane(180.0, 30.0), (5.0, 0.0, 0.0), size=14.0)
     subject = meeting(a, b)
@@ -423,7 +425,7 @@ def test_the_line_of_two_planes_is_drawn_where_they_meet():
     assert (middle - between) @ (points[1] - points[0]) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_planes_that_meet_far_away_have_their_line_drawn_midway():
+def test_intersection_far_from_its_planes_is_drawn_midway():
     a = wall("a", Plane(90.0, 10.0), (1000.0, 2000.0, 0.0))
     b = wall("b", Plane(90.0, 12.0), (1000.0, 2000.0, 10.0))
     points = meeting(a, b).measured.points
@@ -436,7 +438,7 @@ def test_planes_that_meet_far_away_have_their_line_drawn_midway():
     assert meeting(a, b).measured.points.mean(axis=0)[0] == pytest.approx(20.0)
 
 
-def test_readings_have_no_size_and_picks_lend_theirs():
+def test_intersection_of_readings_has_the_size_of_a_picked_plane():
     read = Reading("b", "b", "bedding", "plane", 0.0, 45.0)
     for place in (None, (7.0, 8.0, 9.0)):
         own = replace(read, position=place)
@@ -459,7 +461,7 @@ def test_readings_have_no_size_and_picks_lend_theirs():
     )
 
 
-def test_a_group_holds_the_picks_of_its_type_and_set():
+def test_group_contains_the_picks_of_its_type_and_set():
     subject = seen(
         Intersection("i1", "I", "lineation", Group("", "bedding", "A"), Group("r1")),
         replace(wall("a", Plane(90.0, 30.0), (0, 0, 0)), set_name="A"),
@@ -483,7 +485,7 @@ def test_a_group_holds_the_picks_of_its_type_and_set():
     assert list(kind.dependency_ids(both)) == ["a", "r1"]
 
 
-def test_parallel_planes_meet_nowhere():
+def test_parallel_planes_do_not_intersect():
     a = wall("a", Plane(90.0, 30.0), (0.0, 0.0, 0.0))
     found = meeting(a, wall("b", Plane(90.0, 30.0), (0.0, 0.0, 5.0))).measured
     assert found.problem == Finding("planes.parallel")
@@ -498,7 +500,7 @@ def dimension(kind: str, *vertices: tuple[float, float, float], **more: Any) -> 
     return Dimension("d1", "D01", kind, "m1", HASH, vertices, **more)
 
 
-def test_lengths_are_those_of_the_right_triangle():
+def test_lengths_match_the_right_triangle():
     ends = ((1.0, 1.0, 1.0), (4.0, 5.0, 13.0))
     for model, scale in ((MODEL, 1.0), (HALVED, 0.5)):
         found = seen(dimension("distance", *ends), model=model).measured
@@ -517,7 +519,7 @@ def test_lengths_are_those_of_the_right_triangle():
     assert seen(walk).measured.dimension == {**lengths, "length_m": 19.0}
 
 
-def test_an_area_is_that_of_its_ring():
+def test_area_matches_that_of_its_ring():
     found = seen(dimension("area", *SQUARE), model=HALVED).measured
     assert found.dimension == {"area_m2": 1.0, "perimeter_m": 4.0}
     half = seen(dimension("area", *SQUARE[:3])).measured
@@ -525,7 +527,7 @@ def test_an_area_is_that_of_its_ring():
     assert half.problem is None
 
 
-def test_too_few_points_are_said_so():
+def test_too_few_points_are_reported():
     for kind, few, minimum in (
         ("area", 2, 3),
         ("distance", 1, 2),
@@ -539,7 +541,7 @@ def test_too_few_points_are_said_so():
         assert get_kind(ONE_OF_EACH["dimension"]).words(found) == []
 
 
-def test_a_dimension_is_told_by_the_figure_it_is_made_for():
+def test_headline_of_a_dimension_is_its_main_value():
     level = Reading("r1", "R", "bedding", "plane", 0.0, 0.0)
     up = ((0.0, 0.0, 0.0), (3.0, 0.0, 4.0))
     headline = get_kind(ONE_OF_EACH["dimension"]).headline
@@ -589,7 +591,7 @@ def test_a_dimension_is_told_by_the_figure_it_is_made_for():
         assert all("units" in line for line in lengths)
 
 
-def test_a_thickness_is_told_with_its_error():
+def test_thickness_is_shown_with_its_error():
     found = replace(
         seen(dimension("thickness", *SQUARE[:2])).measured,
         dimension={
@@ -605,7 +607,7 @@ def test_a_thickness_is_told_with_its_error():
     assert figures(kind.words(found)[0]) == [4.0, 95.0, 12.0]
 
 
-def test_every_figure_of_a_dimension_is_in_its_own_column():
+def test_every_value_of_a_dimension_is_in_its_own_column():
     feature = dimension("thickness", (0.0, 0.0, 0.0), (3.0, 4.0, 12.0), plane_id="t1")
     subject = seen(feature, bed("t1"))
     both = {**subject.measured.dimension, "length_m": 1.0, "area_m2": 2.0, "perimeter_m": 3.0}
@@ -620,14 +622,14 @@ def test_every_figure_of_a_dimension_is_in_its_own_column():
 
 
 # --- other words -----------------------------------------------------------------------------
-def test_planes_that_meet_tell_their_angle() -> None:
+def test_intersection_shows_the_angle_between_its_planes() -> None:
     flat = wall("a", Plane(90.0, 30.0), (0.0, 0.0, 0.0))
     steep = wall("b", Plane(90.0, 50.0), (0.0, 0.0, 5.0))
     (line,) = words(meeting(flat, steep))
     assert figures(line) == [20.0]
 
 
-def test_a_line_on_a_plane_tells_its_rake_and_slip() -> None:
+def test_line_on_a_plane_shows_its_rake_and_slip() -> None:
     reading = Reading("r1", "R", "fault", "plane", 90.0, 60.0)
     rake, slip = words(seen(striation(20.0, "normal"), reading))
     assert figures(rake) == [20.0, 0.0]
@@ -636,7 +638,7 @@ def test_a_line_on_a_plane_tells_its_rake_and_slip() -> None:
     assert words(seen(striation(20.0, ""))) == []
 
 
-def test_a_reading_tells_where_it_comes_from():
+def test_reading_shows_its_source_and_nearest_pick():
     reading = ONE_OF_EACH["reading"]
     kind = get_kind(reading)
     near, alike = NearestPick("t1", "B01", 12.34, 3.456), NearestPick("t1", "B01", 2.34, None)
@@ -661,7 +663,7 @@ def test_a_reading_tells_where_it_comes_from():
     assert kind.about(similar) == [comparison_finding(alike).message]
 
 
-def test_kinds_that_have_nothing_to_say_say_nothing():
+def test_kinds_without_remarks_return_no_text():
     for name in ("trace", "lineation", "patch", "dimension", "intersection"):
         subject = seen(ONE_OF_EACH[name], ONE_OF_EACH["trace"], ONE_OF_EACH["patch"])
         kind = get_kind(subject.feature)

@@ -65,7 +65,7 @@ def done(before: dict[str, Record], edit: Edit) -> dict[str, Record]:
 
 
 @pytest.mark.parametrize("feature", [PATCH, LINE, READING, LENGTH, MEETING, TRACE])
-def test_no_feature_is_added_under_an_id_that_exists(feature: Record) -> None:
+def test_feature_with_an_existing_id_is_not_added(feature: Record) -> None:
     there = records()
     for id_ in (feature.id, "t1", "m1", "bedding"):
         again = replace(feature, id=id_, notes="another")
@@ -82,7 +82,7 @@ def test_no_feature_is_added_under_an_id_that_exists(feature: Record) -> None:
         edits.add_features(there, [fresh, fresh])
 
 
-def test_no_reading_type_or_model_comes_under_an_id_that_exists() -> None:
+def test_reading_type_or_model_with_an_existing_id_is_not_added() -> None:
     there = records()
     reading = replace(READING, id="new")
     with refused("record.exists", DocumentError):
@@ -96,7 +96,7 @@ def test_no_reading_type_or_model_comes_under_an_id_that_exists() -> None:
         edits.add_model(there, MODEL)
 
 
-def test_an_edit_that_replaces_a_record_brings_it_back_when_undone() -> None:
+def test_undo_restores_a_replaced_record() -> None:
     there = records()
     edit = change(there, "Change", {"t1": replace(TRACE, notes="x"), "new": READING, "p1": None})
     after = done(there, edit)
@@ -138,7 +138,7 @@ EDITS: tuple[Callable[[dict[str, Record]], Edit], ...] = (
 )
 
 
-def test_labels_name_the_edits() -> None:
+def test_edits_have_descriptive_labels() -> None:
     assert [make(records()).label for make in EDITS] == [
         "Add 2 features",
         "Add distance D02",
@@ -162,7 +162,7 @@ def test_labels_name_the_edits() -> None:
 # Adding
 
 
-def test_added_features_follow_on_with_their_labels() -> None:
+def test_added_features_continue_the_numbering_with_their_labels() -> None:
     there = records()
     edit = edits.add_features(there, [replace(PATCH, id="n1", name=""), replace(LINE, id="n2")])
     assert list(edit.after) == ["n1", "n2"]
@@ -178,7 +178,7 @@ def test_added_features_follow_on_with_their_labels() -> None:
         edits.add_features(there, [])
 
 
-def test_thousands_are_named_without_looking_at_each_again_and_again(monkeypatch) -> None:
+def test_naming_thousands_of_features_examines_each_name_once(monkeypatch) -> None:
     looked = []
     own = edits.name_number
     monkeypatch.setattr(edits, "name_number", lambda *of: looked.append(of) or own(*of))
@@ -192,7 +192,7 @@ def test_thousands_are_named_without_looking_at_each_again_and_again(monkeypatch
     assert len(looked) <= count
 
 
-def test_what_rests_on_nothing_is_not_added() -> None:
+def test_features_with_missing_dependencies_are_not_added() -> None:
     there = records()
     nowhere, unknown = {"model_id": "m9"}, {"type_id": "dyke"}
     for feature in (PATCH, LINE, LENGTH):
@@ -212,7 +212,7 @@ def test_what_rests_on_nothing_is_not_added() -> None:
         edits.add_trace(there, replace(bed("n"), vertices=ZIGZAG[:2]))
 
 
-def test_readings_are_numbered_on_within_their_type_and_come_with_new_types() -> None:
+def test_readings_are_numbered_within_their_type_and_add_new_types() -> None:
     there = records()
     dyke = FeatureType("dyke", "Dyke", "#123456")
     many = [replace(READING, id=f"n{k}", name="") for k in range(3)]
@@ -232,7 +232,7 @@ def test_readings_are_numbered_on_within_their_type_and_come_with_new_types() ->
 # Changing
 
 
-def test_other_vertices_leave_all_else_as_it_was() -> None:
+def test_changing_vertices_keeps_all_other_fields() -> None:
     there = records()
     moved = tuple((x, y, z + 1.0) for x, y, z in ZIGZAG)
     edit = edits.set_vertices(
@@ -259,7 +259,7 @@ def test_other_vertices_leave_all_else_as_it_was() -> None:
         edits.set_line(there, "t1", moved)
 
 
-def test_a_feature_takes_the_place_of_one_of_its_own_kind_only() -> None:
+def test_feature_is_replaced_only_by_one_of_its_kind() -> None:
     there = records()
     grown = replace(PATCH, n=12)
     edit = edits.change_feature(there, grown, "Grow")
@@ -271,7 +271,7 @@ def test_a_feature_takes_the_place_of_one_of_its_own_kind_only() -> None:
         edits.change_feature(there, replace(PATCH, id="new"))
 
 
-def test_attributes_are_changed_where_all_have_them() -> None:
+def test_attributes_are_changed_only_if_all_features_have_them() -> None:
     there = records()
     edit = edits.set_attributes(there, ["t1", "p1"], set_name="S1", type_id="fault")
     assert edit.after == {
@@ -295,7 +295,7 @@ def test_attributes_are_changed_where_all_have_them() -> None:
 
 
 @pytest.mark.parametrize("text", ["Bed\nupper", "Bed\r\nupper", "Bed\N{LINE SEPARATOR}upper"])
-def test_names_have_one_line_and_notes_keep_theirs(text: str) -> None:
+def test_names_are_reduced_to_one_line_and_notes_keep_theirs(text: str) -> None:
     before = records()
     edit = edits.set_attributes(before, ["t1"], name=text, set_name=text, notes=text)
     after = done(before, edit)["t1"]
@@ -306,7 +306,7 @@ def test_names_have_one_line_and_notes_keep_theirs(text: str) -> None:
     assert done(before, edits.add_type(before, kind))["x"].name == "Bed upper"
 
 
-def test_deleting_takes_what_is_named_and_says_how_many() -> None:
+def test_delete_removes_the_given_features_and_its_label_counts_them() -> None:
     there = records()
     edit = edits.delete(there, ["t1", "l1"])
     assert edit.label == "Delete 2 features"
@@ -318,7 +318,7 @@ def test_deleting_takes_what_is_named_and_says_how_many() -> None:
         edits.delete(there, ["bedding"])
 
 
-def test_names_count_on_from_the_highest_of_their_letter() -> None:
+def test_names_continue_from_the_highest_number_of_their_letter() -> None:
     there = records(replace(TRACE, name="B07"), replace(PATCH, name="B0012"), replace(READING))
     kind = there["bedding"]
     assert isinstance(kind, FeatureType)
@@ -335,7 +335,7 @@ def test_names_count_on_from_the_highest_of_their_letter() -> None:
 # Types
 
 
-def test_a_type_needs_a_name_of_its_own_and_a_colour() -> None:
+def test_type_needs_a_unique_name_and_a_valid_colour() -> None:
     there = records()
     for kind, code in (
         (FeatureType("n", " ", "#123456"), "name.empty"),
@@ -357,7 +357,7 @@ def test_a_type_needs_a_name_of_its_own_and_a_colour() -> None:
         edits.change_type(there, FeatureType("n", "Dyke", "#123456"))
 
 
-def test_a_type_is_removed_where_nothing_is_of_it_and_another_is_left() -> None:
+def test_type_is_removed_only_if_unused_and_not_the_last() -> None:
     there = records()
     edit = edits.remove_type(there, "vein")
     assert set(there) - set(done(there, edit)) == {"vein"}
@@ -370,7 +370,7 @@ def test_a_type_is_removed_where_nothing_is_of_it_and_another_is_left() -> None:
         edits.remove_type(alone, "vein")
 
 
-def test_suggested_types_differ_as_long_as_there_are_colours() -> None:
+def test_suggested_types_have_different_colours_while_available() -> None:
     there = records()
     seen = set()
     for number in range(7):
@@ -394,7 +394,7 @@ def test_suggested_types_differ_as_long_as_there_are_colours() -> None:
 # Models
 
 
-def test_a_model_is_declared_located_and_removed_in_words() -> None:
+def test_model_is_declared_relocated_and_removed() -> None:
     there = records(TRACE)
     frame = Frame("crs", "EPSG:32633", 0.001, "y")
     edit = edits.declare_frame(there, "m1", frame)
@@ -422,7 +422,7 @@ def test_a_model_is_declared_located_and_removed_in_words() -> None:
     assert set(bare) - set(done(bare, removed)) == {"m1"}
 
 
-def test_a_registered_model_is_declared_only_when_the_registration_is_given_up() -> None:
+def test_declaring_a_registered_model_requires_giving_up_the_registration() -> None:
     there = records(TRACE)
     there["m1"] = placed(MODEL, [[2, 0, 0, 1], [0, 2, 0, 2], [0, 0, 2, 3], [0, 0, 0, 1]])
     with refused("model.registered", DocumentError, registration="turned"):
@@ -431,7 +431,7 @@ def test_a_registered_model_is_declared_only_when_the_registration_is_given_up()
     assert edit.after["m1"] == replace(MODEL, placement=Frame("local"))
 
 
-def test_a_registration_moves_the_models_it_is_given_and_those_it_had() -> None:
+def test_registration_moves_its_new_and_its_previous_models() -> None:
     there = records(TRACE)
     rows = [[2, 0, 0, 1], [0, 2, 0, 2], [0, 0, 2, 3], [0, 0, 0, 1]]
     first = placed(MODEL, rows)

@@ -43,7 +43,7 @@ def project(tmp_path):
     project.close()
 
 
-def test_the_table_holds_what_the_window_shows(project, tmp_path):
+def test_table_contains_the_values_of_the_window(project, tmp_path):
     export_project(project.folder, "csv", tmp_path / "o.csv")
     table = read_orientations(tmp_path / "o.csv")
     measured = Measurements().of(project.session.records, ["t0", "t1"])
@@ -84,7 +84,7 @@ def test_gdal_reads_the_layers_with_coordinates_and_crs(project, tmp_path):
         )
 
 
-def test_a_local_model_has_no_crs_and_an_undeclared_one_says_so(project, tmp_path):
+def test_local_model_has_no_crs_and_undeclared_model_states_it(project, tmp_path):
     session = project.session
     session.apply(edits.declare_frame(session.records, "m1", Frame("local")))
     export_project(project.folder, "csv", tmp_path / "local.csv")
@@ -96,7 +96,7 @@ def test_a_local_model_has_no_crs_and_an_undeclared_one_says_so(project, tmp_pat
     assert Frame().name() in text
 
 
-def test_nothing_is_replaced_without_force_and_nothing_half_written_stays(project, tmp_path):
+def test_output_is_replaced_only_with_force_and_leaves_no_partial_files(project, tmp_path):
     out = tmp_path / "o.gpkg"
     out.write_text("precious")
     with refused("output.exists", TargetError, file=out):
@@ -107,7 +107,7 @@ def test_nothing_is_replaced_without_force_and_nothing_half_written_stays(projec
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.vom", "o.gpkg", "o.qgs"]
 
 
-def test_a_format_that_is_not_known_is_named(project, tmp_path):
+def test_unknown_format_is_rejected(project, tmp_path):
     with refused("option.not-a-choice", UsageError, value="docx"):
         export_project(project.folder, "docx", tmp_path / "o.docx")
 
@@ -132,7 +132,7 @@ def test_the_command_line_writes_the_same_table(project, tmp_path, capfd):
     assert len(project.session.of(Trace)) == 2
 
 
-def test_the_verdicts_are_those_of_the_thresholds_the_user_had(tmp_path):
+def test_verdicts_use_the_thresholds_of_the_user(tmp_path):
     strict = {"thresholds": {"good_confidence95_deg": 1e-6, "poor_confidence95_deg": 1e-5}}
     for name, settings in (("plain", {}), ("strict", strict)):
         project = ProjectFolder.create(tmp_path / f"{name}.vom", settings=lambda s=settings: s)

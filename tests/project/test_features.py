@@ -96,19 +96,19 @@ BED, FAULT = Plane(120.0, 40.0), Plane(250.0, 65.0)
         FeatureType("slickenline", "Slickenline", "#123456", "star", "line"),
     ],
 )
-def test_every_record_comes_back_from_json_as_it_was(feature):
+def test_every_record_survives_json(feature):
     import json
 
     assert codec.decode(json.loads(json.dumps(codec.encode(feature)))) == feature
 
 
-def test_a_part_that_lacks_a_field_is_named_not_a_crash():
+def test_group_with_a_missing_field_is_reported_without_a_crash():
     plain = codec.encode(Intersection("i1", "I1", "lineation", Group("a"), Group("b")))
     with pytest.raises(DocumentError):
         codec.decode({**plain, "first": {"nonsense": 1}})
 
 
-def test_a_patch_fits_as_its_points_do_and_turns_with_its_model():
+def test_patch_is_fitted_like_its_points_and_rotates_with_its_model():
     points = on_plane(BED, 3, n=400)
     feature = patch(points)
     measured = measure_all(records(feature), [feature])[0]
@@ -132,7 +132,7 @@ def test_a_patch_survives_a_missing_model():
     assert measure_all(without, [feature])[0].fit is not None
 
 
-def test_a_lineation_on_a_plane_is_projected_and_has_its_rake():
+def test_lineation_is_projected_onto_its_plane_and_has_a_rake():
     base = trace("t1", FAULT, "fault", 4)
     measured = measure_all(records(base), [base])[0]
     lift = np.radians(6.0)
@@ -148,7 +148,7 @@ def test_a_lineation_on_a_plane_is_projected_and_has_its_rake():
     assert table.rows[1]["rake_deg"] == pytest.approx(90.0, abs=1e-6)
 
 
-def test_slip_senses_move_the_hanging_wall_as_they_say():
+def test_slip_senses_move_the_hanging_wall_in_their_direction():
     """Down for normal, up for reverse; left-lateral and right-lateral by Aki & Richards."""
     plane = Plane(90.0, 60.0)  # strike north
     for rake in (20.0, 70.0, 110.0, 160.0):
@@ -184,7 +184,7 @@ def test_thickness_is_measured_across_its_plane():
     assert gone.problem == Finding("thickness.plane-lost")
 
 
-def test_an_intersection_follows_its_planes_and_says_when_one_is_gone():
+def test_intersection_follows_its_planes_and_reports_a_missing_one():
     a, b = trace("t1", BED, "bedding", 6), trace("t2", FAULT, "fault", 7)
     crossing = Intersection("i1", "I1", "lineation", Group("t1"), Group("", "fault"))
     kept = Measurements()
@@ -226,7 +226,7 @@ def test_types_are_added_changed_and_removed_only_while_unused():
     assert "crack" not in all_
 
 
-def test_a_model_with_any_feature_on_it_stays():
+def test_model_with_a_feature_on_it_is_not_removed():
     all_ = records(lineation(Line(30.0, 20.0).vector()))
     with refused("model.in-use", DocumentError, count=1, model="cliff"):
         edits.remove_model(all_, "m1")
@@ -242,7 +242,7 @@ def test_new_features_get_the_next_free_name_of_their_kind():
         edits.set_attributes(all_, ["l1"], overturned=True)
 
 
-def test_an_intersection_with_a_folded_set_says_that_its_mean_is_no_plane():
+def test_intersection_with_a_folded_set_reports_its_scatter():
     limbs = [trace(f"t{i}", Plane(90.0 + 180.0 * (i % 2), 35.0), "bedding", i) for i in range(6)]
     fault = trace("f1", Plane(0.0, 70.0), "fault", 9)
     crossing = Intersection("i1", "I1", "lineation", Group("", "bedding"), Group("f1"))
@@ -275,7 +275,7 @@ def as_trace(id_: str, points: np.ndarray) -> Trace:
     return Trace(id_, id_, "joint", "m1", "0" * 64, tuple(map(tuple, points.tolist())))
 
 
-def test_of_a_face_that_was_scanned_it_is_asked_whether_it_is_a_trace() -> None:
+def test_trace_that_scans_a_face_to_and_fro_is_questioned() -> None:
     """Whatever its size, place and attitude; a line, and once around a block, are none."""
     rows = np.repeat(np.linspace(0.0, 1.0, 10), 2)
     across = np.tile([0.0, 1.5, 1.5, 0.0], 5)
@@ -299,7 +299,7 @@ def test_of_a_face_that_was_scanned_it_is_asked_whether_it_is_a_trace() -> None:
             assert is_asked == each.name.startswith("scan"), each.name
 
 
-def test_a_patch_at_two_levels_stays_doubtful_and_its_gap_grows_with_its_model():
+def test_patch_at_two_levels_stays_doubtful_and_its_gap_scales_with_the_model():
     from dataclasses import replace
 
     feature = replace(patch(on_plane(BED, 3, n=400)), level_gap=0.012)
@@ -313,7 +313,7 @@ def test_a_patch_at_two_levels_stays_doubtful_and_its_gap_grows_with_its_model()
         assert by_code(verdict.reasons)["plane.levels"] == {"gap_m": pytest.approx(gap_m)}
 
 
-def test_a_copy_with_other_values_is_that_of_dataclasses() -> None:
+def test_replace_fields_equals_dataclasses_replace() -> None:
     # `Feature.but` creates no kind through its constructor.
     assert not [kind.name for kind in KINDS if hasattr(kind.record, "__post_init__")]
     trace = bed("t1")
@@ -324,7 +324,7 @@ def test_a_copy_with_other_values_is_that_of_dataclasses() -> None:
         trace.replace_fields(no_such_field=1)
 
 
-def test_records_of_some_ids_are_selected_in_their_order() -> None:
+def test_records_are_selected_in_the_order_of_the_ids() -> None:
     traces = [bed(f"t{i}") for i in range(4)]
     records = RecordMap({trace.id: trace for trace in traces})
     assert records.select(["t3", "none", "t1"], Trace) == [traces[3], traces[1]]

@@ -86,13 +86,13 @@ def readings(book: Path, text: str, notation: str | None = None) -> FieldReading
         ),
     ],
 )
-def test_the_angles_are_told_by_the_names_of_their_columns(
+def test_angle_columns_are_recognised_by_name(
     book: Path, header: str, expected: dict[str, str], notation: str | None
 ) -> None:
     assert roles(book, header) == (expected, notation)
 
 
-def test_every_other_column_is_told_by_its_name(book: Path) -> None:
+def test_other_columns_are_recognised_by_name(book: Path) -> None:
     header = (
         "Station,type,set,element,comments,inverted,Easting,Northing,Elevation,dip direction,dip"
     )
@@ -113,7 +113,7 @@ def test_every_other_column_is_told_by_its_name(book: Path) -> None:
     assert notation == "dipdir/dip"
 
 
-def test_a_letter_goes_before_a_word_and_a_name_before_a_number(book: Path) -> None:
+def test_single_letters_take_precedence_over_words_and_names_over_numbers(book: Path) -> None:
     found, _ = roles(book, "id,easting,x,y,northing,height,z,dip direction,dip,name")
     assert (found["x"], found["y"], found["z"], found["name"]) == ("x", "y", "z", "name")
     found, _ = roles(book, "id,dip direction,dip")
@@ -129,7 +129,7 @@ def test_a_letter_goes_before_a_word_and_a_name_before_a_number(book: Path) -> N
         ("x,y,lon,lat,z,dip direction,dip", False),
     ],
 )
-def test_degrees_are_only_needed_where_no_whole_position_is_given(
+def test_degrees_are_used_only_without_a_complete_position(
     book: Path, header: str, degrees: bool
 ) -> None:
     found, _ = roles(book, header)
@@ -164,7 +164,7 @@ def test_compass_points_beside_a_strike_are_its_quadrant(book: Path) -> None:
     assert (found["azimuth"], notation) == ("dip direction", "dipdir/dip")
 
 
-def test_a_quadrant_that_is_missing_in_some_rows_leaves_the_right_hand_there(book: Path) -> None:
+def test_right_hand_rule_applies_to_rows_without_a_quadrant(book: Path) -> None:
     found, notation = roles(book, "name,strike,dip,quadrant", "a,42,41,SE", "b,45,40,")
     assert (found["quadrant"], notation) == ("quadrant", "strike/dip")
     _, notation = roles(book, "name,strike,dip,quadrant", "a,42,41,SE")
@@ -188,14 +188,14 @@ def test_a_quadrant_that_is_missing_in_some_rows_leaves_the_right_hand_there(boo
         ("plane", "132/41", None),
     ],
 )
-def test_both_angles_in_one_cell_mean_what_the_header_or_they_themselves_say(
+def test_two_angles_in_one_cell_follow_the_header_or_their_own_notation(
     book: Path, header: str, cell: str, notation: str | None
 ) -> None:
     found, said = roles(book, f"name,{header}", f"a,{cell}", "b,")
     assert (found["text"], said) == (header, notation)
 
 
-def test_a_column_of_text_is_the_first_most_of_whose_cells_are_orientations(book: Path) -> None:
+def test_text_column_is_the_first_with_mostly_orientations(book: Path) -> None:
     found, _ = roles(book, "name,a,b", "1,N42E 41SE,N1E 5E", "2,x,N2E 5E", "3,N42E 41SE,N3E 5E")
     assert found["text"] == "a"
     found, _ = roles(book, "name,a,b", "1,N42E 41SE,N1E 5E", "2,x,N2E 5E")
@@ -204,7 +204,7 @@ def test_a_column_of_text_is_the_first_most_of_whose_cells_are_orientations(book
     assert (found, notation) == ({"name": "name"}, None)
 
 
-def test_one_bare_pair_among_quadrants_waits_for_the_user(book: Path) -> None:
+def test_one_bare_pair_among_quadrants_leaves_the_notation_open(book: Path) -> None:
     assert roles(book, "orientation,n", "N42E 41SE,1", "132/41,2")[1] is None
     assert roles(book, "orientation,n", "N42E 41SE,1", ",2")[1] == "quadrant"
 
@@ -225,7 +225,7 @@ def test_one_bare_pair_among_quadrants_waits_for_the_user(book: Path) -> None:
         ("1000,2,41\n1001,N42E,41SE\n1002,N10W,60W\n", (1, 2), "quadrant"),
     ],
 )
-def test_without_names_two_neighbours_that_can_be_angles_are_taken_for_them(
+def test_without_names_two_adjacent_angle_columns_are_used(
     book: Path, text: str, columns: tuple[int, int] | None, notation: str | None
 ) -> None:
     table = table_of(book, text)
@@ -238,7 +238,7 @@ def test_without_names_two_neighbours_that_can_be_angles_are_taken_for_them(
     assert table.label(1) == "column 2"
 
 
-def test_declinations_are_told_with_their_value_or_how_many_they_are(book: Path) -> None:
+def test_declinations_are_reported_with_their_value_or_number(book: Path) -> None:
     table = table_of(book, "dip direction,dip,mag dec\n1,2,2.6\n1,2,\n1,2,2.6\n")
     (finding,) = guess(table).findings
     assert finding.code == "reading.declination-column"
@@ -250,7 +250,7 @@ def test_declinations_are_told_with_their_value_or_how_many_they_are(book: Path)
 
 
 # --- cells ---------------------------------------------------------------------------------------
-def test_lines_keep_their_numbers_over_comments_and_blanks(book: Path) -> None:
+def test_line_numbers_include_comments_and_blank_lines(book: Path) -> None:
     table = table_of(book, "# a book\n\ndip direction,dip\r\n132,41\n\n # later\n120,30\n")
     assert table.names == ("dip direction", "dip")
     assert (table.rows, table.lines) == ([["132", "41"], ["120", "30"]], [4, 7])
@@ -262,7 +262,7 @@ def test_lines_keep_their_numbers_over_comments_and_blanks(book: Path) -> None:
     )
 
 
-def test_rows_of_another_width_are_told_and_kept_in_their_columns(book: Path) -> None:
+def test_rows_of_another_width_are_reported_and_kept_in_their_columns(book: Path) -> None:
     table = table_of(book, "name,dip direction,dip\na,132,41,,\nb,132\nc,132,41,wet,cold\n")
     assert table.rows == [["a", "132", "41"], ["b", "132", ""], ["c", "132", "41"]]
     assert dict(table.ragged_row_findings) == {
@@ -273,12 +273,12 @@ def test_rows_of_another_width_are_told_and_kept_in_their_columns(book: Path) ->
     assert (table.names, table.width, list(table.ragged_row_findings)) == (None, 2, [2])
 
 
-def test_quotation_marks_hold_a_cell_together(book: Path) -> None:
+def test_quotation_marks_keep_a_cell_together(book: Path) -> None:
     table = table_of(book, 'name,dip direction,dip,notes\na, 132,41, "wet, ""cold"" "\n')
     assert table.rows == [["a", "132", "41", 'wet, "cold"']]
 
 
-def test_lines_that_are_each_one_reading_are_one_column(book: Path) -> None:
+def test_lines_with_one_reading_each_make_one_column(book: Path) -> None:
     table = table_of(book, "N42E 41SE\n N10W 60W \n")
     assert (table.names, table.rows, table.lines) == (None, [["N42E 41SE"], ["N10W 60W"]], [1, 2])
     table = table_of(book, "reading\nN42E 41SE\nN10W 60W\n")
@@ -287,13 +287,13 @@ def test_lines_that_are_each_one_reading_are_one_column(book: Path) -> None:
     assert table_of(book, "132,41\n").rows == [["132", "41"]]
 
 
-def test_names_with_blanks_are_put_together_where_blanks_part_the_cells(book: Path) -> None:
+def test_names_with_spaces_are_joined_if_spaces_separate_the_cells(book: Path) -> None:
     table = table_of(book, "name dip direction dip\na 132 41\nb 120 30\n")
     assert table.width == 3
     assert guess(table).notation == "dipdir/dip"
 
 
-def test_a_table_without_rows_says_so(book: Path) -> None:
+def test_table_without_rows_is_rejected(book: Path) -> None:
     with refused("table.no-rows"):
         table_of(book, "# nothing\n\n")
     with refused("table.no-rows"):
@@ -315,11 +315,11 @@ def test_a_table_without_rows_says_so(book: Path) -> None:
         ("", False),
     ],
 )
-def test_two_bare_numbers_are_as_likely_two_columns(text: str, is_one: bool) -> None:
+def test_two_bare_numbers_are_not_taken_for_one_orientation(text: str, is_one: bool) -> None:
     assert is_orientation(text) is is_one
 
 
-def test_numbers_in_cells(book: Path) -> None:
+def test_cell_numbers_are_parsed_by_the_decimal_mark_of_the_table(book: Path) -> None:
     commas, points = table_of(book, "a,b\n1,2\n"), table_of(book, "a;b\n1,5;2\n")
     tabs = table_of(book, "a\tb\n1,5\t2\n")
     for cell in ("", "x", "nan", "inf", "-inf", "-"):
@@ -341,7 +341,7 @@ def test_numbers_in_cells(book: Path) -> None:
         ({"text": 0}, None, None),
     ],
 )
-def test_missing_choice_is_asked_for(
+def test_missing_column_or_notation_is_requested(
     columns: dict[str, int], notation: str | None, expected: tuple[str, ...] | None
 ) -> None:
     finding = missing_choice(columns, notation)
@@ -351,7 +351,7 @@ def test_missing_choice_is_asked_for(
         assert finding == Finding("reading.columns-missing", roles=expected)
 
 
-def test_nothing_is_asked_for_where_all_is_said() -> None:
+def test_complete_choice_requests_nothing() -> None:
     assert missing_choice({"azimuth": 0, "inclination": 1}, "strike/dip") is None
     assert missing_choice({"text": 0}, "quadrant") is None
 
@@ -376,7 +376,7 @@ def test_nothing_is_asked_for_where_all_is_said() -> None:
         (",", {"missing": ("azimuth", "inclination")}),
     ],
 )
-def test_angles_of_a_plane_end_where_a_compass_ends(
+def test_plane_angles_are_limited_to_the_compass_range(
     book: Path, row: str, expected: tuple[float, float] | dict[str, Any] | None
 ) -> None:
     found = readings(book, f"name,dip direction,dip\na,1,2\nb,{row}\nc,3,4\n")
@@ -411,7 +411,7 @@ def test_angles_of_a_plane_end_where_a_compass_ends(
         ("5,90.5", ("plunge", 90.5)),
     ],
 )
-def test_angles_of_a_line_end_where_a_compass_ends(
+def test_line_angles_are_limited_to_the_compass_range(
     book: Path, row: str, expected: tuple[float | str, float]
 ) -> None:
     found = readings(book, f"trend,plunge\n1,2\n{row}\n")
@@ -440,14 +440,14 @@ def test_angles_of_a_line_end_where_a_compass_ends(
         ("strike,dip", "N42E,41SE", (132.0, 41.0)),
     ],
 )
-def test_a_plane_is_where_its_notation_puts_it(
+def test_plane_follows_its_notation(
     book: Path, header: str, row: str, expected: tuple[float, float]
 ) -> None:
     (made,) = readings(book, f"{header}\n{row}\n").rows
     assert (made.azimuth_deg, made.inclination_deg) == pytest.approx(expected)
 
 
-def test_a_quadrant_beside_a_dip_direction_is_not_added_to_it(book: Path) -> None:
+def test_quadrant_beside_a_dip_direction_is_ignored(book: Path) -> None:
     table = table_of(book, "a,b,c\n132,41,NW\n")
     columns = {"azimuth": 0, "inclination": 1, "quadrant": 2}
     (made,) = read_readings(table, columns, "dipdir/dip").rows
@@ -456,7 +456,7 @@ def test_a_quadrant_beside_a_dip_direction_is_not_added_to_it(book: Path) -> Non
     assert made is None or made.azimuth_deg == pytest.approx(312.0 - 90.0)
 
 
-def test_rows_that_are_lines_among_planes(book: Path) -> None:
+def test_lines_among_planes_are_recognised_per_row(book: Path) -> None:
     header = "element,dip direction,dip,trend,plunge\n"
     found = readings(book, header + "line,132,41,100,20\nplane,132,41,100,20\n,132,41,,\n,,,9,8\n")
     assert [(r.geometry, r.azimuth_deg, r.inclination_deg) for r in found.rows] == [
@@ -475,7 +475,7 @@ def test_rows_that_are_lines_among_planes(book: Path) -> None:
     ]
 
 
-def test_all_that_a_row_says_is_kept(book: Path) -> None:
+def test_all_values_of_a_row_are_kept(book: Path) -> None:
     found = readings(
         book,
         "name,type,set,overturned,notes,x,y,z,dip direction,dip\n"
@@ -490,7 +490,7 @@ def test_all_that_a_row_says_is_kept(book: Path) -> None:
 
 
 @pytest.mark.parametrize("word", ["1", "true", "YES", "y", "x", "overturned", "Inverted"])
-def test_words_for_an_overturned_bed(book: Path, word: str) -> None:
+def test_words_for_overturned_beds_are_recognised(book: Path, word: str) -> None:
     (made,) = readings(book, f"dip direction,dip,overturned\n1,2,{word}\n").rows
     assert made.overturned
 
@@ -501,7 +501,7 @@ def _rows_of(found: FieldReadings) -> list[tuple[str, tuple[int, ...]]]:
 
 
 @pytest.mark.parametrize("place", ["1e13,2,3", "1,-1e13,3", "1,2,1e13"])
-def test_a_position_beyond_the_earth_is_left_out_and_said(book: Path, place: str) -> None:
+def test_position_outside_the_earth_is_left_out_and_reported(book: Path, place: str) -> None:
     header = "x,y,z,dip direction,dip\n"
     found = readings(book, f"{header}{place},1,2\n1,2,3,1,2\n1e12,-1e12,0,1,2\n")
     assert [r.position for r in found.rows] == [None, (1.0, 2.0, 3.0), (1e12, -1e12, 0.0)]
@@ -512,7 +512,7 @@ def test_a_position_beyond_the_earth_is_left_out_and_said(book: Path, place: str
 
 
 @pytest.mark.parametrize("place", ["1,2,", "1,,3", ",2,3"])
-def test_half_a_position_is_left_out_and_said(book: Path, place: str) -> None:
+def test_incomplete_position_is_left_out_and_reported(book: Path, place: str) -> None:
     header = "x,y,z,dip direction,dip\n"
     found = readings(book, f"{header}{place},1,2\n1,2,3,1,2\n1e12,-1e12,0,1,2\n")
     assert [r.position for r in found.rows] == [None, (1.0, 2.0, 3.0), (1e12, -1e12, 0.0)]
@@ -521,12 +521,12 @@ def test_half_a_position_is_left_out_and_said(book: Path, place: str) -> None:
     assert _rows_of(found) == [("reading.coordinate-missing", (2, 3))]
 
 
-def test_a_height_alone_is_no_half_position(book: Path) -> None:
+def test_height_alone_is_not_an_incomplete_position(book: Path) -> None:
     found = readings(book, "x,y,z,dip direction,dip\n,,3,1,2\n")
     assert (found.rows[0].position, found.findings) == (None, ())
 
 
-def test_degrees_are_turned_into_the_project_s_metres_or_said_to_be_left_out(book: Path) -> None:
+def test_degrees_are_converted_to_project_metres_or_reported_as_left_out(book: Path) -> None:
     text = "lon,lat,z,dip direction,dip\n15,46,350,1,2\n15,91,350,1,2\n15,-90,350,1,2\n,46,1,1,2\n"
     table = table_of(book, text)
     columns = guess(table).columns
@@ -555,7 +555,7 @@ def test_degrees_are_turned_into_the_project_s_metres_or_said_to_be_left_out(boo
     assert _rows_of(found) == [("reading.degrees-without-crs", (2,))]
 
 
-def test_metres_go_before_degrees(book: Path) -> None:
+def test_metres_take_precedence_over_degrees(book: Path) -> None:
     table = table_of(book, "x,y,z,lon,lat,a,b\n1,2,3,15,46,1,2\n,,3,15,46,1,2\n")
     roles_ = ("x", "y", "z", "longitude", "latitude", "azimuth", "inclination")
     columns = {role: number for number, role in enumerate(roles_)}
@@ -563,7 +563,7 @@ def test_metres_go_before_degrees(book: Path) -> None:
     assert [r.position for r in found.rows] == [(1.0, 2.0, 3.0), (15.0, 46.0, 3.0)]
 
 
-def test_a_row_of_another_width_is_bad_and_a_notation_that_is_none_a_mistake(book: Path) -> None:
+def test_row_of_another_width_is_bad_and_unknown_notation_raises(book: Path) -> None:
     table = table_of(book, "dip direction,dip\n1,2,3\n4,5\n")
     found = read_readings(table, guess(table).columns, "dipdir/dip")
     assert found.bad_rows == (BadRow(2, table.ragged_row_findings[0]),)
@@ -573,7 +573,7 @@ def test_a_row_of_another_width_is_bad_and_a_notation_that_is_none_a_mistake(boo
 
 
 # --- records -------------------------------------------------------------------------------------
-def test_a_reading_is_turned_and_all_of_its_row_kept() -> None:
+def test_reading_is_rotated_and_keeps_all_values_of_its_row() -> None:
     rows = [
         FieldRow(1, "a", "plane", 355.0, 41.0, "DYKE", "J1", (1.0, 2.0, 3.0), True, "wet"),
         FieldRow(2, "b", "line", 10.0, 20.0),
@@ -599,7 +599,7 @@ def test_a_reading_is_turned_and_all_of_its_row_kept() -> None:
     ("geometry", "inclination", "turned"),
     [("plane", 0.0, 0.0), ("plane", 90.0, 15.0), ("line", 90.0, 0.0), ("line", 0.0, 15.0)],
 )
-def test_only_what_has_an_azimuth_is_turned(
+def test_only_readings_with_an_azimuth_are_rotated(
     geometry: str, inclination: float, turned: float
 ) -> None:
     (made,) = make_readings(

@@ -51,7 +51,7 @@ def with_readings(readings: list[Reading]) -> dict:
     return edits.add_readings(TYPES, readings).after
 
 
-def test_readings_of_one_station_have_names_of_their_own(tmp_path: Path) -> None:
+def test_readings_of_one_station_have_separate_names(tmp_path: Path) -> None:
     readings = [r for r in with_readings(read_book(tmp_path)).values() if isinstance(r, Reading)]
     assert [r.station for r in readings] == ["KB-17", "KB-17", "KB-17", "KB-18"]
     assert [r.name for r in readings] == ["B01", "B02", "J01", "B03"]
@@ -59,17 +59,17 @@ def test_readings_of_one_station_have_names_of_their_own(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("title", ["station", "Station ID", "locality", "Site", "stop"])
-def test_a_column_of_stations_is_not_one_of_names(tmp_path: Path, title: str) -> None:
+def test_station_column_is_not_used_as_names(tmp_path: Path, title: str) -> None:
     readings = read_book(tmp_path, f"{title};name;dip direction;dip\nA1;F7;132;41\nA1;F8;12;4\n")
     assert [(r.station, r.name) for r in readings] == [("A1", "F7"), ("A1", "F8")]
 
 
-def test_an_open_quote_belongs_to_its_line_alone(tmp_path: Path) -> None:
+def test_open_quote_affects_only_its_line(tmp_path: Path) -> None:
     text = 'station,dip direction,dip,notes\n1,132,41,5" wide\n2,12,4,\n'
     assert [r.station for r in read_book(tmp_path, text)] == ["1", "2"]
 
 
-def test_a_station_owns_the_readings_with_its_number(tmp_path: Path) -> None:
+def test_station_shows_the_readings_with_its_number(tmp_path: Path) -> None:
     station = Station("s1", "S01", "m1", HASH, ((0.0, 0.0, 0.0),), number="kb-17")
     records = {**TYPES, **with_readings(read_book(tmp_path)), "m1": MODEL, "s1": station}
     assert [r.name for r in get_readings(station, records)] == ["B01", "B02", "J01"]
@@ -79,7 +79,7 @@ def test_a_station_owns_the_readings_with_its_number(tmp_path: Path) -> None:
     assert KIND.about(Subject(unused, measured, records)) == []
 
 
-def test_a_project_from_before_opens_unchanged() -> None:
+def test_reading_without_a_station_field_opens_unchanged() -> None:
     old = encode(Reading("r1", "R01", "bedding", "plane", 100.0, 30.0))
     del old["station"]
     reading = decode(old)
@@ -88,7 +88,7 @@ def test_a_project_from_before_opens_unchanged() -> None:
 
 
 @pytest.mark.filterwarnings("ignore:Measured:UserWarning")
-def test_exports_contain_the_station_and_it_comes_back(tmp_path: Path) -> None:
+def test_station_is_exported_and_imported_again(tmp_path: Path) -> None:
     readings = [replace(r, position=(372411.0, 4709820.0, 613.0)) for r in read_book(tmp_path)]
     opened = ProjectFolder.create(tmp_path / "face.vom")
     session = opened.session
@@ -142,7 +142,7 @@ def test_rows_of_one_station_become_one_station_with_all_photos(tmp_path: Path) 
         ("lineament", "plane"),
     ],
 )
-def test_what_a_type_name_means(name: str, meaning: str | None) -> None:
+def test_type_name_determines_plane_or_line(name: str, meaning: str | None) -> None:
     assert geometry_of_type(name) == meaning
 
 
@@ -154,6 +154,6 @@ def test_rows_of_a_line_type_are_lines_in_a_table_of_planes(tmp_path: Path) -> N
     assert line.type_id == "lineation"
 
 
-def test_an_element_column_makes_lines_too(tmp_path: Path) -> None:
+def test_element_column_distinguishes_lines_and_planes(tmp_path: Path) -> None:
     text = "element,dip direction,dip\nplane,132,41\nline,140,40\n"
     assert [r.geometry for r in read_book(tmp_path, text)] == ["plane", "line"]

@@ -65,12 +65,12 @@ EVERY = tuple(
         (120.4, "120°"),
     ],
 )
-def test_an_error_is_told_with_the_two_digits_that_mean_something(value, text):
+def test_error_is_written_with_two_significant_digits(value, text):
     assert format_error_deg(value) == text
 
 
 @pytest.mark.parametrize("digits", [2, 3])
-def test_a_number_keeps_its_significant_digits_and_no_more(digits):
+def test_number_has_exactly_its_significant_digits(digits):
     for value in (
         0.000123456,
         0.0999,
@@ -93,7 +93,7 @@ def test_a_number_keeps_its_significant_digits_and_no_more(digits):
     assert number(-12.34) == "-12.3"
 
 
-def test_large_numbers_are_whole_and_the_largest_have_an_exponent():
+def test_large_numbers_are_whole_and_very_large_ones_have_an_exponent():
     assert [number(v) for v in (1234.4, 12345.4, 600000.2, 999999.0)] == [
         "1234",
         "12345",
@@ -105,7 +105,7 @@ def test_large_numbers_are_whole_and_the_largest_have_an_exponent():
     assert (number(None), number(math.inf)) == ("–", "∞")
 
 
-def test_a_figure_is_written_after_its_form():
+def test_figure_is_formatted_by_its_form():
     def words(form: Form, value: Any, **more: Any) -> str:
         return Figure("a", "A", "", lambda s: value, form).value_text(value, **more)
 
@@ -122,7 +122,7 @@ def test_a_figure_is_written_after_its_form():
         assert (words(form, 12.3), words(form, 1.234), words(form, None)) == ("12°", "1.2°", "–")
 
 
-def test_lengths_of_a_model_of_unknown_scale_are_told_in_units():
+def test_lengths_of_a_model_of_unknown_scale_are_in_units():
     for frame, unit in ((Frame("scaled"), "m"), (Frame("undeclared"), "units")):
         subject = seen(bed("t1"), frame=frame)
         assert of.EXTENT.text(subject).split()[1] == unit
@@ -130,7 +130,7 @@ def test_lengths_of_a_model_of_unknown_scale_are_told_in_units():
 
 # --- columns ---------------------------------------------------------------------------------
 @pytest.mark.parametrize("figure", EVERY, ids=lambda figure: figure.name)
-def test_a_column_can_be_named_headed_explained_and_filtered(figure):
+def test_every_figure_has_a_name_title_explanation_and_filter_words(figure):
     """The name heads columns of files, the title those of the window, where room is short."""
     assert re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", figure.name)
     assert 0 < len(figure.title) <= 14
@@ -145,7 +145,7 @@ def test_a_column_can_be_named_headed_explained_and_filtered(figure):
 
 
 @pytest.mark.parametrize("figure", EVERY, ids=lambda figure: figure.name)
-def test_the_name_of_a_column_tells_its_unit(figure):
+def test_column_name_states_the_unit(figure):
     """A reader of a CSV file has nothing but the header."""
     places = {"x": "m", "y": "m", "z": "m"}
     found = re.search(r"_(deg|m2|m)$", figure.name)
@@ -166,7 +166,7 @@ def test_the_name_of_a_column_tells_its_unit(figure):
     )
 
 
-def test_what_is_typed_over_is_a_field_that_can_be_changed():
+def test_editable_figure_belongs_to_an_attribute_of_its_kind():
     for kind in KINDS:
         own = {attribute.field for attribute in kind.attributes}
         for figure in kind.figures:
@@ -184,7 +184,7 @@ def values(subject: Subject) -> dict[str, Any]:
     return {figure.name: figure.value(subject) for figure in of.ORIENTATION}
 
 
-def test_every_column_of_a_trace_says_what_its_plane_says():
+def test_every_column_of_a_trace_matches_its_plane():
     rng = np.random.default_rng(4)
     points = np.array(ZIGZAG * 3) * [1.0, 1.5, 1.0] + 0.05 * rng.standard_normal((15, 3))
     trace = replace(
@@ -271,7 +271,7 @@ def test_every_column_of_a_trace_says_what_its_plane_says():
     assert len(verdict.reasons) + len(verdict.notes) > 1
 
 
-def test_every_column_of_a_line_says_what_its_line_says():
+def test_every_column_of_a_line_matches_its_line():
     points = np.array([[0, 0, 0], [1, 0.1, -1], [2, 0, -2.1], [3, 0, -3]], float)
     line = Lineation("l1", "L1", "lineation", "m1", HASH, tuple(map(tuple, points.tolist())))
     fit = fit_line(points)
@@ -305,7 +305,7 @@ def test_every_column_of_a_line_says_what_its_line_says():
     }
 
 
-def test_a_line_has_its_axial_rake_and_beside_it_the_directed_one_of_its_slip():
+def test_line_has_an_axial_rake_and_a_directed_slip_rake():
     base = bed("t1")
     points = ((0.0, 0.0, 0.0), (1.0, 0.3, 0.5), (2.0, 0.5, 1.0))
     line = Lineation("l1", "L1", "fault", "m1", HASH, points, plane_id="t1")
@@ -323,7 +323,7 @@ def test_a_line_has_its_axial_rake_and_beside_it_the_directed_one_of_its_slip():
     )
 
 
-def test_a_line_names_the_plane_that_bears_it():
+def test_line_row_states_the_plane_of_the_line():
     base = replace(bed("t1"), name="F01")
     line = Lineation(
         "l1", "L1", "fault", "m1", HASH, ((0.0, 0.0, 0.0), (2.0, 0.5, 1.0)), plane_id="t1"
@@ -346,7 +346,7 @@ def test_a_negative_rake_is_written_with_the_digits_of_a_positive_one():
     )
 
 
-def test_every_column_of_a_reading_says_what_the_compass_said():
+def test_every_column_of_a_reading_matches_the_compass_values():
     reading = Reading("r1", "R1", "joint", "plane", 200.0, 30.0, position=(1.0, 2.0, 3.0))
     found = values(seen(reading))
     normal = Plane(200.0, 30.0).normal()
@@ -379,7 +379,7 @@ def test_every_column_of_a_reading_says_what_the_compass_said():
     assert nowhere["x"] is nowhere["normal_z"] is nowhere["dip_deg"] is None
 
 
-def test_an_azimuth_that_means_nothing_is_flagged():
+def test_undefined_azimuth_is_flagged():
     for geometry, steep, undefined in (
         ("plane", 0.0, True),
         ("plane", 90.0, False),
@@ -392,7 +392,7 @@ def test_an_azimuth_that_means_nothing_is_flagged():
     assert of.UNDEFINED.value(seen(flat)) is True
 
 
-def test_what_is_not_there_is_said_in_words():
+def test_missing_values_are_shown_as_text():
     gone = ONE_OF_EACH["trace"]
     records = {"t1": gone}
     alone = Subject(gone, measure_all(records, [gone])[0], records)
@@ -417,7 +417,7 @@ def test_what_is_not_there_is_said_in_words():
     assert (of.QUALITY.text(read), of.REASONS.value(read)) == ("–", None)
 
 
-def test_an_extent_is_compared_with_a_resolution_that_is_known():
+def test_extent_is_divided_by_a_known_resolution_only():
     trace = bed("t1")
     assert of.EXTENT_OVER_RESOLUTION.value(seen(trace)) is None
     assert of.EXTENT_OVER_RESOLUTION.value(seen(replace(trace, resolution=0.0))) is None
@@ -429,7 +429,7 @@ def test_an_extent_is_compared_with_a_resolution_that_is_known():
     assert of.EXTENT_OVER_RESOLUTION.value(replace(fine, measured=endless)) is None
 
 
-def test_the_angle_to_the_nearest_pick_is_asked_for_when_shown():
+def test_angle_to_the_nearest_pick_is_computed_on_demand():
     reading = ONE_OF_EACH["reading"]
     pick = NearestPick("t1", "B01", 12.5, None)
     assert of.ANGLE_TO_PICK.value(seen(reading, nearest=lambda: pick)) == 12.5
@@ -449,7 +449,7 @@ def test_a_patch_counts_its_points_and_has_an_area_in_square_metres():
     assert of.AREA.value(seen(replace(patch, area=None))) is None
 
 
-def test_layers_count_the_points_that_were_clicked():
+def test_layers_count_the_clicked_points():
     """Even where no plane or line can be fitted."""
     for name, count in (("trace", 5), ("lineation", 3), ("patch", 9)):
         (kind,) = [kind for kind in KINDS if kind.name == name]
@@ -464,7 +464,7 @@ def test_layers_count_the_points_that_were_clicked():
     assert own.value(broken) == 3
 
 
-def test_a_subject_knows_its_type_and_model_as_far_as_they_are_there():
+def test_subject_has_its_type_and_model_if_they_exist():
     subject = seen(bed("t1"))
     assert (subject.type, subject.model) == (DEFAULT_TYPES[0], MODEL)
     length = seen(ONE_OF_EACH["dimension"], bed("t1"))

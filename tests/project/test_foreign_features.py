@@ -201,7 +201,9 @@ def test_a_drawing_in_millimetres_is_converted(tmp_path: Path) -> None:
 
 # --- round trip -------------------------------------------------------------------------------
 @pytest.mark.parametrize("ending", ["gpkg", "shp", "geojson", "kml", "dxf"])
-def test_exported_traces_come_back_with_points_types_and_words(tmp_path: Path, ending: str) -> None:
+def test_exported_traces_are_imported_with_points_types_and_texts(
+    tmp_path: Path, ending: str
+) -> None:
     traces = [
         replace(bed("t1"), name="B1", set_name="S0", notes="wet", vertices=to_tuples(POINTS)),
         replace(bed("t2"), name="J1", type_id="joint", vertices=to_tuples(POINTS + 3.0)),

@@ -51,7 +51,7 @@ def table_of(path: Path) -> tuple[dict, np.ndarray, dict[str, np.ndarray]]:
 # --- clouds ------------------------------------------------------------------------------------
 
 
-def test_gdal_reads_a_cloud_from_a_shapefile_as_it_was(tmp_path: Path) -> None:
+def test_gdal_reads_the_same_cloud_from_a_shapefile(tmp_path: Path) -> None:
     given = cloud()
     said = write_model(given, CRS, tmp_path / "c.shp")
     assert said == []
@@ -96,7 +96,7 @@ def test_every_kind_of_number_survives_the_table_of_a_shapefile(tmp_path: Path) 
     assert columns["a name t_2"].tolist() == [7, 8, 9]
 
 
-def test_a_bare_cloud_still_has_a_column_and_a_mesh_says_what_is_lost(tmp_path: Path) -> None:
+def test_bare_cloud_gets_an_id_column_and_mesh_reports_lost_data(tmp_path: Path) -> None:
     write_model(PointCloud(np.eye(3) + UTM), None, tmp_path / "c.shp")
     about, places, columns = table_of(tmp_path / "c.shp")
     assert about["crs"] is None
@@ -107,7 +107,7 @@ def test_a_bare_cloud_still_has_a_column_and_a_mesh_says_what_is_lost(tmp_path: 
     assert "rock.png" in str(said[1])
 
 
-def test_more_points_than_a_shapefile_holds_are_refused_before_anything_is_written(
+def test_too_many_points_for_a_shapefile_are_rejected_before_writing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(shapefile, "MAX_BYTES", 30_000)
@@ -116,7 +116,7 @@ def test_more_points_than_a_shapefile_holds_are_refused_before_anything_is_writt
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_prj_in_other_words_is_the_same_place(tmp_path: Path) -> None:
+def test_equivalent_prj_is_kept_and_a_different_one_is_rejected(tmp_path: Path) -> None:
     write_model(cloud(5), CRS, tmp_path / "a.ply")
     before = (tmp_path / "a.prj").read_text()
     write_model(cloud(5), CRS, tmp_path / "a.shp")
@@ -126,7 +126,7 @@ def test_a_prj_in_other_words_is_the_same_place(tmp_path: Path) -> None:
         write_model(cloud(5), "EPSG:32633", tmp_path / "a.dxf")
 
 
-def test_ezdxf_and_gdal_read_a_cloud_from_a_drawing(tmp_path: Path) -> None:
+def test_ezdxf_and_gdal_read_a_cloud_from_a_dxf(tmp_path: Path) -> None:
     given = cloud()
     said = " ".join(map(str, write_model(given, CRS, tmp_path / "c.dxf")))
     for word in ("intensity", "normals", "255"):
@@ -147,7 +147,7 @@ def test_ezdxf_and_gdal_read_a_cloud_from_a_drawing(tmp_path: Path) -> None:
     assert drawing.header["$EXTMIN"] == pytest.approx(tuple(given.bounds[0]))
 
 
-def test_the_faces_of_a_mesh_stand_on_a_layer_for_each_material(tmp_path: Path) -> None:
+def test_mesh_faces_are_on_one_layer_per_material(tmp_path: Path) -> None:
     mesh = textured(tmp_path)
     said = " ".join(map(str, write_model(mesh, None, tmp_path / "m.dxf")))
     assert "rock.png" in said
@@ -163,7 +163,7 @@ def test_the_faces_of_a_mesh_stand_on_a_layer_for_each_material(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("metric", [True, False])
-def test_a_drawing_states_the_metre_where_it_is_the_unit(tmp_path: Path, metric: bool) -> None:
+def test_dxf_states_metres_only_if_they_are_the_unit(tmp_path: Path, metric: bool) -> None:
     said = ezdxf.units.M if metric else 0
     write_model(cloud(5), None, tmp_path / "c.dxf", axes=Axes(metric=metric, north=False))
     assert ezdxf.readfile(tmp_path / "c.dxf").units == said
@@ -180,7 +180,7 @@ def test_a_drawing_states_the_metre_where_it_is_the_unit(tmp_path: Path, metric:
     assert ezdxf.readfile(tmp_path / "o.dxf").units == said
 
 
-def test_names_of_layers_are_such_as_dxf_allows() -> None:
+def test_layer_names_are_valid_in_dxf() -> None:
     names = dxf.layer_names(["a b", "a_b", "A/B", "é" * 40, "é" * 41, "", "50%"])
     assert len({n.casefold() for n in names.values()}) == len(names)
     assert max(map(len, names.values())) <= 31
@@ -300,7 +300,7 @@ def test_a_drawing_has_a_layer_for_each_type_of_feature(tmp_path: Path) -> None:
 
 # GDAL says so of every 3DFACE.
 @pytest.mark.filterwarnings("ignore:Non closed ring:RuntimeWarning")
-def test_gdal_reads_the_drawing_of_a_project(tmp_path: Path) -> None:
+def test_gdal_reads_the_dxf_of_a_project(tmp_path: Path) -> None:
     records = features()
     export_records(records, "dxf", tmp_path / "o.dxf")
     about, _, geometry, columns = read(tmp_path / "o.dxf")
@@ -313,7 +313,7 @@ def test_gdal_reads_the_drawing_of_a_project(tmp_path: Path) -> None:
     assert (tmp_path / "o.prj").read_text().startswith("PROJCS")
 
 
-def test_nothing_is_replaced_without_force_and_nothing_half_written_stays(tmp_path: Path) -> None:
+def test_output_is_replaced_only_with_force_and_leaves_no_partial_files(tmp_path: Path) -> None:
     (tmp_path / "o_traces.dbf").write_text("precious")
     with refused("output.exists", TargetError):
         export_records(features(), "shp", tmp_path / "o.shp")
@@ -328,7 +328,7 @@ def test_nothing_is_replaced_without_force_and_nothing_half_written_stays(tmp_pa
 
 
 @pytest.mark.filterwarnings("ignore:Measured:UserWarning")
-def test_a_project_whose_features_have_no_plane_still_has_its_lines(tmp_path: Path) -> None:
+def test_features_without_a_plane_are_still_exported_as_lines(tmp_path: Path) -> None:
     records = features()
     straight = Trace("t9", "X", "bedding", "m1", "0" * 64, ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
     kept = {k: r for k, r in records.items() if k in ("m1", "bedding")} | {"t9": straight}
@@ -344,7 +344,7 @@ def test_a_project_whose_features_have_no_plane_still_has_its_lines(tmp_path: Pa
 
 
 @pytest.mark.parametrize("ending", [".dxf", ".shp", ".laz", ".ply", ".glb", ".csv"])
-def test_a_small_disk_that_fills_up_is_said_and_left_clean(tmp_path: Path, ending: str) -> None:
+def test_disk_that_fills_up_is_reported_and_left_clean(tmp_path: Path, ending: str) -> None:
     rng = np.random.default_rng(1)
     fields = {"roughness": rng.random(300_000)}
     given = PointCloud(rng.random((300_000, 3)) * 100 + UTM, fields=fields)
@@ -356,7 +356,7 @@ def test_a_small_disk_that_fills_up_is_said_and_left_clean(tmp_path: Path, endin
 
 
 @pytest.mark.parametrize("format_", ["shp", "dxf", "gpkg", "csv"])
-def test_an_export_to_a_full_disk_is_said_and_left_clean(tmp_path: Path, format_: str) -> None:
+def test_export_to_a_full_disk_is_reported_and_left_clean(tmp_path: Path, format_: str) -> None:
     with small_disk(tmp_path / "disk", 64) as disk:
         with contextlib.suppress(OSError), (disk / "filler").open("wb", buffering=0) as filler:
             while True:
@@ -367,7 +367,7 @@ def test_an_export_to_a_full_disk_is_said_and_left_clean(tmp_path: Path, format_
 
 
 @pytest.mark.parametrize("ending", [".dxf", ".shp"])
-def test_a_cancelled_mesh_or_cloud_leaves_nothing(tmp_path: Path, ending: str) -> None:
+def test_cancelled_export_of_mesh_or_cloud_leaves_no_files(tmp_path: Path, ending: str) -> None:
     token = CancelToken()
     token.cancel()
     (tmp_path / "out").mkdir()
@@ -380,7 +380,7 @@ def test_a_cancelled_mesh_or_cloud_leaves_nothing(tmp_path: Path, ending: str) -
 @pytest.mark.skipif(shutil.which("CloudCompare") is None, reason="CloudCompare is not installed")
 @pytest.mark.skipif(shutil.which("xvfb-run") is None, reason="xvfb-run is not installed")
 @pytest.mark.slow
-def test_cloudcompare_opens_drawings(tmp_path: Path) -> None:
+def test_cloudcompare_opens_dxf_files(tmp_path: Path) -> None:
     write_model(cloud(), None, tmp_path / "c.dxf")
     export_records(features(), "dxf", tmp_path / "o.dxf")
     words = ["xvfb-run", "-a", "CloudCompare", "-SILENT", "-AUTO_SAVE", "OFF"]
@@ -391,7 +391,7 @@ def test_cloudcompare_opens_drawings(tmp_path: Path) -> None:
     assert done.stdout.count("500 points") == 1
 
 
-def test_the_lengths_in_the_heads_of_a_shapefile_are_true(tmp_path: Path) -> None:
+def test_shapefile_headers_state_the_correct_file_length(tmp_path: Path) -> None:
     export_records(features(), "shp", tmp_path / "o.shp")
     write_model(cloud(), None, tmp_path / "c.shp")
     heads = [*tmp_path.glob("*.shp"), *tmp_path.glob("*.shx")]

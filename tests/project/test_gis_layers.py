@@ -58,7 +58,7 @@ def readable_layers(path: Path) -> dict[str, tuple[str, list[Any], dict[str, Any
 
 
 # --- all formats ---------------------------------------------------------------------------------
-def test_the_geopackage_holds_what_the_shapefiles_hold(
+def test_geopackage_and_shapefiles_have_the_same_contents(
     tmp_path: Path, records: dict[str, Any]
 ) -> None:
     export_records(records, "gpkg", tmp_path / "o.gpkg")
@@ -89,7 +89,7 @@ def test_the_geopackage_holds_what_the_shapefiles_hold(
         assert pyogrio.read_info(tmp_path / "o.gpkg", layer=name)["crs"] == CRS
 
 
-def test_files_are_named_after_their_layers_and_come_with_all_their_parts(
+def test_files_are_named_after_their_layers_and_have_all_sidecars(
     tmp_path: Path, records: dict[str, Any]
 ) -> None:
     table = export_records(records, "shp", tmp_path / "o.shp")
@@ -101,7 +101,7 @@ def test_files_are_named_after_their_layers_and_come_with_all_their_parts(
         assert path.with_suffix(".prj").read_text().startswith('PROJCS["WGS_1984_UTM_Zone_15N"')
 
 
-def test_without_a_crs_no_file_claims_one(tmp_path: Path, records: dict[str, Any]) -> None:
+def test_exports_without_a_crs_state_none(tmp_path: Path, records: dict[str, Any]) -> None:
     local = {
         id_: replace(r, placement=Frame("local")) if id_ == "m1" else r
         for id_, r in records.items()
@@ -116,7 +116,7 @@ def test_without_a_crs_no_file_claims_one(tmp_path: Path, records: dict[str, Any
     assert "EPSG" not in comment
 
 
-def test_a_prj_that_says_the_same_stays_and_another_is_not_replaced_unasked(
+def test_equivalent_prj_is_kept_and_another_is_not_replaced_without_force(
     tmp_path: Path, records: dict[str, Any]
 ) -> None:
     export_records(records, "shp", tmp_path / "a.shp")
@@ -140,7 +140,7 @@ def test_a_prj_that_says_the_same_stays_and_another_is_not_replaced_unasked(
 
 
 @pytest.mark.parametrize("format_", ["csv", "gpkg", "shp", "dxf"])
-def test_every_format_says_what_it_wrote_and_keeps_what_is_there(
+def test_every_format_lists_its_files_and_keeps_existing_ones(
     tmp_path: Path, records: dict[str, Any], format_: str
 ) -> None:
     out = tmp_path / f"o.{format_}"
@@ -157,7 +157,7 @@ def test_every_format_says_what_it_wrote_and_keeps_what_is_there(
     assert len(out.read_bytes()) == len(whole)
 
 
-def test_the_journal_is_not_exported_over(tmp_path: Path, records: dict[str, Any]) -> None:
+def test_export_never_replaces_the_journal(tmp_path: Path, records: dict[str, Any]) -> None:
     """Not even by force: it is all the work there is."""
     from vomstudio.project.edit import change
 
@@ -180,7 +180,7 @@ def test_the_journal_is_not_exported_over(tmp_path: Path, records: dict[str, Any
         export_project(tmp_path, "csv", tmp_path / "p.csv")
 
 
-def test_the_thresholds_of_the_newest_edit_are_those_of_the_table() -> None:
+def test_thresholds_are_read_from_settings_and_damaged_ones_ignored() -> None:
     assert get_thresholds({"thresholds": {"good_M": 3.5}}) == Thresholds(good_M=3.5)
     for damaged in ({}, {"thresholds": None}, {"thresholds": {"no such": 1.0}}):
         assert get_thresholds(damaged) is None
@@ -227,9 +227,7 @@ def test_each_type_has_its_layers_in_its_own_colour(
     assert used <= set(colors)
 
 
-def test_the_drawing_s_bounds_hold_all_that_is_measured(
-    tmp_path: Path, records: dict[str, Any]
-) -> None:
+def test_dxf_bounds_contain_all_features(tmp_path: Path, records: dict[str, Any]) -> None:
     drawing = drawn(tmp_path, records)
     places = [np.array(tuple(p.dxf.location)) for p in drawing.modelspace().query("POINT")]
     for line in drawing.modelspace().query("POLYLINE"):
@@ -239,7 +237,7 @@ def test_the_drawing_s_bounds_hold_all_that_is_measured(
     assert f"coordinates of {CRS}, metres" in (tmp_path / "o.dxf").read_text("ascii")
 
 
-def test_only_rings_are_closed_and_points_stand_where_they_were_measured(
+def test_only_rings_are_closed_and_points_are_at_their_measured_positions(
     tmp_path: Path, records: dict[str, Any]
 ) -> None:
     space = drawn(tmp_path, records).modelspace()
@@ -263,7 +261,7 @@ def test_only_rings_are_closed_and_points_stand_where_they_were_measured(
     assert np.array_equal(where["R2"], UTM + 1.0)
 
 
-def test_a_disc_lies_in_its_plane_is_as_wide_as_the_feature_and_has_no_hole(
+def test_disc_is_in_its_plane_without_a_hole_and_as_wide_as_the_feature(
     tmp_path: Path, records: dict[str, Any]
 ) -> None:
     space = drawn(tmp_path, records).modelspace()
@@ -286,7 +284,7 @@ def test_a_disc_lies_in_its_plane_is_as_wide_as_the_feature_and_has_no_hole(
     assert area == pytest.approx(DISC_CORNERS * 0.5 * radius**2 * np.sin(angle), rel=1e-9)
 
 
-def test_readings_have_no_disc_since_nobody_said_how_wide_they_are(
+def test_readings_have_no_disc_because_their_width_is_unknown(
     tmp_path: Path, records: dict[str, Any]
 ) -> None:
     only = {id_: r for id_, r in records.items() if id_ in ("bedding", "r1")}
@@ -301,7 +299,7 @@ def layer(name: str, kind: Any, shapes: list[Any], columns: Any, main: bool = Fa
     return Layer(name, kind, [np.array(s, float) for s in shapes], rows, main)
 
 
-def test_layers_that_do_not_tell_kinds_apart_have_their_own_name(tmp_path: Path) -> None:
+def test_layers_without_kinds_use_their_own_name(tmp_path: Path) -> None:
     line = [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]
     layers = [
         layer("traces", "line", [line, line], {"kind": ["", "Fault"]}, main=True),
@@ -338,14 +336,14 @@ def test_a_plane_of_unknown_extent_or_direction_has_no_disc(
         assert reach == pytest.approx([0.0, 1.0, 1.0, 1.0])
 
 
-def test_nothing_at_all_is_still_a_drawing(tmp_path: Path) -> None:
+def test_empty_export_is_a_valid_dxf(tmp_path: Path) -> None:
     write_dxf(tmp_path / "o.dxf", [layer("planes", "point", [], {"kind": []})], {}, None)
     drawing = ezdxf.readfile(tmp_path / "o.dxf")
     assert len(drawing.modelspace()) == 0
     assert drawing.header["$EXTMIN"] == (0.0, 0.0, 0.0)
 
 
-def test_an_ending_in_capitals_is_a_shapefile_too_and_what_is_said_is_there(tmp_path: Path) -> None:
+def test_uppercase_suffix_makes_a_shapefile_and_listed_files_exist(tmp_path: Path) -> None:
     points = layer("planes", "point", [[[1.0, 2.0, 3.0]]], {"name": ["é"]})
     lines = layer("traces", "line", [[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]], {"name": ["x"]})
     made = write_shapefiles(tmp_path / "O.SHP", [points, lines], None)
@@ -360,9 +358,7 @@ def test_an_ending_in_capitals_is_a_shapefile_too_and_what_is_said_is_there(tmp_
     assert list(columns["name"]) == ["é"]
 
 
-def test_traces_of_a_project_keep_their_order_of_vertices(
-    tmp_path: Path, records: dict[str, Any]
-) -> None:
+def test_exported_traces_keep_their_vertex_order(tmp_path: Path, records: dict[str, Any]) -> None:
     export_records(records, "gpkg", tmp_path / "o.gpkg")
     _, shapes, columns = readable_layers(tmp_path / "o.gpkg")["traces"]
     for id_, shape in zip(columns["id"], shapes, strict=True):

@@ -33,11 +33,11 @@ def trace(id_: str, **values) -> Trace:
     return Trace(id_, id_.upper(), "bedding", "m", "0" * 64, POINTS, **values)
 
 
-def test_marks_are_letters_that_both_sides_know() -> None:
+def test_every_mark_has_a_title_in_the_window() -> None:
     assert set(grid_edits.MARKS) == set(MARK_TITLES)
 
 
-def test_a_grid_is_laid_marked_and_removed() -> None:
+def test_grid_is_added_marked_and_removed() -> None:
     now = records()
     for edit in (
         lambda: grid_edits.add_grid(now, GRID),
@@ -62,12 +62,12 @@ def test_a_grid_is_laid_marked_and_removed() -> None:
 @pytest.mark.parametrize(
     ("cells", "mark"), [([6], "d"), ([-1], "d"), ([], "d"), ([0], "?"), ([0], "-")]
 )
-def test_cells_that_are_not_there_and_marks_that_are_none(cells, mark) -> None:
+def test_unknown_cells_and_marks_are_rejected(cells, mark) -> None:
     with pytest.raises(DocumentError):
         grid_edits.mark_cells(records(replace(GRID, name="G")), "g", cells, mark)
 
 
-def test_marks_of_a_damaged_grid_are_of_every_cell() -> None:
+def test_marks_of_a_damaged_grid_are_completed_for_every_cell() -> None:
     assert grid_edits.grid_marks(replace(GRID, marks="dX")) == "d-----"
     assert grid_edits.grid_marks(replace(GRID, marks="d" * 99)) == "dddddd"
 
@@ -75,19 +75,19 @@ def test_marks_of_a_damaged_grid_are_of_every_cell() -> None:
 @pytest.mark.parametrize(
     "grid", [replace(GRID, model_id="?"), replace(GRID, cell=0.0), replace(GRID, columns=0)]
 )
-def test_a_grid_on_nothing_or_without_cells_is_refused(grid) -> None:
+def test_grid_without_a_model_or_cells_is_rejected(grid) -> None:
     with pytest.raises(DocumentError):
         grid_edits.add_grid(records(), grid)
 
 
-def test_grids_are_named_one_after_the_other() -> None:
+def test_grids_are_numbered_consecutively() -> None:
     now = records()
     for id_ in ("a", "b"):
         grid_edits.add_grid(now, replace(GRID, id=id_)).swap(now)
     assert [now[i].name for i in ("a", "b")] == ["Grid 1", "Grid 2"]
 
 
-def test_grids_and_repeats_come_back_with_the_project(tmp_path) -> None:
+def test_grids_and_repeats_are_stored_in_the_project(tmp_path) -> None:
     with closing(ProjectFolder.create(tmp_path / "a.vom")) as project:
         session = project.session
         session.apply(edits.add_model(session.records, MODEL))
@@ -103,7 +103,7 @@ def test_grids_and_repeats_come_back_with_the_project(tmp_path) -> None:
         assert project.session.records["b2"].repeat_of == "b1"
 
 
-def test_a_repeat_takes_type_and_set_of_the_first_and_counts_as_none() -> None:
+def test_repeat_takes_type_and_set_of_the_original_and_is_not_counted() -> None:
     now = records(trace("b1", set_name="A"), trace("j1"), trace("b2"))
     repeated_features.link_repeat(now, "b2", "b1", "AB").swap(now)
     again = now["b2"]
@@ -118,7 +118,7 @@ def test_a_repeat_takes_type_and_set_of_the_first_and_counts_as_none() -> None:
     assert repeated_features.repeat_columns(now["b2"], now) == {"interpreter": "AB"}
 
 
-def test_what_cannot_be_a_repeat_is_refused() -> None:
+def test_invalid_repeat_is_rejected() -> None:
     line = Lineation("l", "L", "lineation", "m", "0" * 64, POINTS[:2])
     now = records(trace("b1"), trace("b2", repeat_of="b1"), trace("b3"), line)
     for again, first in (("b3", "b2"), ("b1", "b1"), ("l", "b1"), ("b3", "?"), ("?", "b1")):

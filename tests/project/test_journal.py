@@ -38,7 +38,7 @@ def reopen(project: ProjectFolder) -> ProjectFolder:
     return ProjectFolder.open(project.folder)
 
 
-def test_a_project_comes_back_as_it_was(tmp_path):
+def test_project_is_unchanged_after_reopening(tmp_path):
     project = ProjectFolder.create(tmp_path / "a.vom")
     session = project.session
     session.apply(edits.add_model(session.records, MODEL))
@@ -55,7 +55,7 @@ def test_a_project_comes_back_as_it_was(tmp_path):
     project.close()
 
 
-def test_float64_coordinates_come_back_to_the_last_bit(project):
+def test_float64_coordinates_are_stored_exactly(project):
     vertices = (
         (576665.7249999999, 5188117.06 + 1e-9, 0.1),
         (1 / 3, 2 / 3, 1e-300),
@@ -88,7 +88,7 @@ def test_an_open_project_can_be_read_by_another_process_but_not_opened(project):
     assert f"process {os.getpid()}" in message
 
 
-def test_after_closing_one_file_holds_everything(project):
+def test_closed_project_stores_everything_in_one_file(project):
     project.session.apply(edits.add_trace(project.session.records, bed("t1")))
     project.close()
     assert not list(project.folder.glob("journal.sqlite-*"))
@@ -97,7 +97,7 @@ def test_after_closing_one_file_holds_everything(project):
     project.__dict__.update(reopened.__dict__)
 
 
-def test_a_newer_journal_is_refused_with_a_plain_sentence(tmp_path):
+def test_newer_journal_is_rejected(tmp_path):
     ProjectFolder.create(tmp_path / "a.vom").close()
     db = sqlite3.connect(tmp_path / "a.vom" / "journal.sqlite")
     db.execute("PRAGMA user_version = 99")
@@ -107,7 +107,7 @@ def test_a_newer_journal_is_refused_with_a_plain_sentence(tmp_path):
 
 
 @pytest.mark.parametrize("content", [b"", b"not a database", b"SQLite format 3\x00" + b"\x00" * 90])
-def test_a_file_that_is_no_journal_is_refused(tmp_path, content):
+def test_invalid_journal_is_rejected(tmp_path, content):
     folder = tmp_path / "a.vom"
     folder.mkdir()
     (folder / "journal.sqlite").write_bytes(content)
@@ -117,7 +117,7 @@ def test_a_file_that_is_no_journal_is_refused(tmp_path, content):
 
 
 @pytest.mark.parametrize("cut", [0.001, 0.1, 0.12, 0.5, 0.9, 0.9999])
-def test_a_torn_journal_is_refused_by_name_or_whole(tmp_path, cut):
+def test_torn_journal_is_rejected_or_opens_with_reported_losses(tmp_path, cut):
     project = ProjectFolder.create(tmp_path / "a.vom")
     project.session.apply(edits.add_model(project.session.records, MODEL))
     for number in range(60):
@@ -144,7 +144,7 @@ def test_a_torn_journal_is_refused_by_name_or_whole(tmp_path, cut):
 
 
 @pytest.mark.parametrize("what", ["nothing", "folder", "file"])
-def test_what_is_no_project_is_refused(tmp_path, what):
+def test_path_without_a_project_is_rejected(tmp_path, what):
     path = tmp_path / "x.vom"
     if what == "folder":
         path.mkdir()
@@ -155,13 +155,13 @@ def test_what_is_no_project_is_refused(tmp_path, what):
         project_folder(path)
 
 
-def test_a_project_is_not_made_over_another(tmp_path):
+def test_existing_project_is_not_overwritten(tmp_path):
     ProjectFolder.create(tmp_path / "a.vom").close()
     with refused("project.exists", TargetError):
         ProjectFolder.create(tmp_path / "a.vom")
 
 
-def test_saving_as_moves_the_history_along_and_leaves_the_old_as_it_was_saved(tmp_path):
+def test_saving_as_copies_the_history_and_leaves_the_old_project_as_saved(tmp_path):
     project = ProjectFolder.create(tmp_path / "a.vom")
     session = project.session
     session.apply(edits.add_model(session.records, MODEL))
@@ -183,7 +183,7 @@ def test_saving_as_moves_the_history_along_and_leaves_the_old_as_it_was_saved(tm
     old.close()
 
 
-def test_a_folder_with_something_in_it_is_not_saved_over(tmp_path):
+def test_non_empty_folder_is_not_saved_over(tmp_path):
     project = ProjectFolder.create(tmp_path / "a.vom")
     (tmp_path / "b.vom").mkdir()
     (tmp_path / "b.vom" / "precious.txt").write_text("x")
@@ -211,7 +211,7 @@ for number in range(10_000):
 """
 
 
-def test_what_was_shown_before_a_kill_is_there_after_it(tmp_path):
+def test_edits_shown_before_a_kill_are_kept(tmp_path):
     project = ProjectFolder.create(tmp_path / "a.vom")
     project.session.apply(edits.add_model(project.session.records, MODEL))
     project.close()

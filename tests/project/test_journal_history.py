@@ -55,7 +55,7 @@ def damage(folder: Path, statement: str) -> None:
 
 # --- rows ----------------------------------------------------------------------------------------
 @pytest.mark.full
-def test_another_set_for_ten_thousand_traces_adds_less_than_five_megabytes(
+def test_changing_the_set_of_ten_thousand_traces_adds_under_five_megabytes(
     project: ProjectFolder,
 ) -> None:
     long = tuple((float(i), i * 0.37, i * i * 1e-3) for i in range(40))
@@ -77,7 +77,7 @@ def test_another_set_for_ten_thousand_traces_adds_less_than_five_megabytes(
     assert played.problems == []
 
 
-def test_undone_and_redone_changes_of_single_fields_come_back_over_a_closing(
+def test_undone_and_redone_field_changes_survive_closing(
     project: ProjectFolder, tmp_path: Path
 ) -> None:
     add_beds(project, 2)
@@ -102,7 +102,7 @@ def test_undone_and_redone_changes_of_single_fields_come_back_over_a_closing(
     again.close()
 
 
-def test_joined_edits_are_one_step_of_the_history_and_one_after_a_kill(
+def test_joined_edits_are_one_step_also_after_a_kill(
     project: ProjectFolder,
 ) -> None:
     session = project.session
@@ -119,7 +119,7 @@ def test_joined_edits_are_one_step_of_the_history_and_one_after_a_kill(
     assert read_replay(project.folder).records == dict(session.records)
 
 
-def test_an_edit_does_not_join_one_that_was_saved(project: ProjectFolder) -> None:
+def test_edit_does_not_join_a_saved_one(project: ProjectFolder) -> None:
     session = project.session
     add_beds(project, 1)
     first = session.apply(edits.set_attributes(session.records, ["t0"], notes="a"))
@@ -130,7 +130,7 @@ def test_an_edit_does_not_join_one_that_was_saved(project: ProjectFolder) -> Non
 
 
 # --- damage --------------------------------------------------------------------------------------
-def test_a_number_that_changed_in_a_row_is_seen_and_the_rest_opens(
+def test_changed_number_in_a_row_is_detected_and_the_rest_opens(
     project: ProjectFolder, tmp_path: Path
 ) -> None:
     add_beds(project, 3)
@@ -159,7 +159,7 @@ def test_every_column_of_a_row_is_covered_by_its_checksum(
     assert len(verify(tmp_path / "a.vom").problems) >= 1
 
 
-def test_a_row_that_was_taken_out_is_missed(project: ProjectFolder, tmp_path: Path) -> None:
+def test_deleted_row_is_detected(project: ProjectFolder, tmp_path: Path) -> None:
     add_beds(project, 4)
     project.close()
     damage(tmp_path / "a.vom", "DELETE FROM journal WHERE label LIKE '%B02%'")
@@ -167,7 +167,7 @@ def test_a_row_that_was_taken_out_is_missed(project: ProjectFolder, tmp_path: Pa
     assert (problem.code, problem.values["count"]) == ("journal.rows-missing", 1)
 
 
-def test_rows_that_are_missing_at_the_end_are_missed_and_their_numbers_not_used_again(
+def test_missing_rows_at_the_end_are_reported_and_their_numbers_not_reused(
     project: ProjectFolder, tmp_path: Path
 ) -> None:
     add_beds(project, 4)
@@ -184,9 +184,7 @@ def test_rows_that_are_missing_at_the_end_are_missed_and_their_numbers_not_used_
     assert "new" in read_replay(tmp_path / "a.vom").records
 
 
-def test_a_row_of_another_project_in_the_place_of_one_is_seen(
-    project: ProjectFolder, tmp_path: Path
-) -> None:
+def test_row_from_another_project_is_detected(project: ProjectFolder, tmp_path: Path) -> None:
     """Its own checksum is right, but it does not follow the row before it."""
     add_beds(project, 2)
     other = ProjectFolder.create(tmp_path / "b.vom")
@@ -206,7 +204,7 @@ def test_a_row_of_another_project_in_the_place_of_one_is_seen(
     assert verify(tmp_path / "a.vom").problems
 
 
-def test_work_that_was_done_again_is_there_although_a_row_before_it_is_damaged(
+def test_redone_edits_survive_a_damaged_row_before_them(
     project: ProjectFolder, tmp_path: Path
 ) -> None:
     add_beds(project, 2)
@@ -228,7 +226,7 @@ def test_work_that_was_done_again_is_there_although_a_row_before_it_is_damaged(
 
 
 # --- registrations -------------------------------------------------------------------------------
-def test_a_registration_moves_its_models_and_undoing_moves_them_back(
+def test_registration_moves_its_models_and_undo_moves_them_back(
     project: ProjectFolder,
 ) -> None:
     session = project.session
@@ -253,7 +251,7 @@ def test_a_registration_moves_its_models_and_undoing_moves_them_back(
     assert read_replay(project.folder).records == dict(session.records)
 
 
-def test_declaring_a_frame_gives_up_a_registration_only_when_told_to(
+def test_declaring_a_frame_gives_up_a_registration_only_on_request(
     project: ProjectFolder,
 ) -> None:
     session = project.session
@@ -296,7 +294,7 @@ def test_points_keep_their_ids_when_they_move_are_renamed_or_marked(project: Pro
     assert read_replay(project.folder).records == dict(session.records)
 
 
-def test_a_mask_is_a_file_that_undoing_finds_again(project: ProjectFolder, tmp_path: Path) -> None:
+def test_undo_restores_the_file_of_a_mask(project: ProjectFolder, tmp_path: Path) -> None:
     session = project.session
     session.apply(add_photo_set(session.records, PhotoSet("s", "photos", "/p")))
     for content in (b"first", b"second"):
@@ -314,7 +312,7 @@ def test_a_mask_is_a_file_that_undoing_finds_again(project: ProjectFolder, tmp_p
     assert verify(project.folder).problems[0].code == "asset.missing"
 
 
-def test_a_mask_that_names_a_place_outside_of_the_project_is_refused(tmp_path: Path) -> None:
+def test_mask_path_outside_the_project_is_rejected(tmp_path: Path) -> None:
     from vomstudio.project.assets import asset_path
     from vomstudio.project.records import Asset
 
@@ -367,7 +365,7 @@ def walked(project: ProjectFolder) -> list[dict[str, object]]:
     return states
 
 
-def test_compacting_takes_what_nothing_reaches_and_says_so_before(
+def test_compaction_removes_unreachable_rows_and_reports_them_first(
     used: ProjectFolder, tmp_path: Path
 ) -> None:
     before = walked(used)
@@ -388,7 +386,7 @@ def test_compacting_takes_what_nothing_reaches_and_says_so_before(
     again.close()
 
 
-def test_a_compaction_is_taken_back_with_what_was_done_since(used: ProjectFolder) -> None:
+def test_undoing_a_compaction_keeps_later_edits(used: ProjectFolder) -> None:
     used.session.save()
     rows = [(r.kind, r.label) for r in used.journal.rows()]
     assets = sorted(p.name for p in (used.folder / "assets").iterdir())
@@ -408,7 +406,7 @@ def test_a_compaction_is_taken_back_with_what_was_done_since(used: ProjectFolder
         used.undo_compaction()
 
 
-def test_what_is_not_saved_is_not_compacted(used: ProjectFolder) -> None:
+def test_unsaved_project_is_not_compacted(used: ProjectFolder) -> None:
     used.session.apply(edits.set_attributes(used.session.records, ["t2"], notes="new"))
     with refused("compaction.unsaved", DocumentError):
         used.compact()

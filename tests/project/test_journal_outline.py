@@ -42,7 +42,9 @@ def test_a_line_begins_with_number_kind_time_and_version() -> None:
         ("Anna", "…"),
     ],
 )
-def test_of_a_label_only_our_own_words_and_small_numbers_are_told(label: str, said: str) -> None:
+def test_outline_of_a_label_contains_only_known_words_and_small_numbers(
+    label: str, said: str
+) -> None:
     assert told(kind="undo", label=label) == f"7 undo, 2026-02-03, version 0.2; {said}"
 
 
@@ -62,14 +64,14 @@ def test_of_a_label_only_our_own_words_and_small_numbers_are_told(label: str, sa
         ([1], "x", None),
     ],
 )
-def test_of_a_record_its_kind_and_the_names_of_its_fields_are_told(
+def test_outline_of_a_record_contains_its_kind_and_field_names(
     before: Any, after: Any, said: str | None
 ) -> None:
     begin = "7 do, 2026-02-03, version 0.2"
     assert told(before=before, after=after) == (begin if said is None else f"{begin}; {said}")
 
 
-def test_what_was_done_to_many_is_told_once() -> None:
+def test_change_of_many_records_is_listed_once() -> None:
     before = dict.fromkeys("abc") | {"d": TRACE}
     line = told(before=before, after=dict.fromkeys("abc", TRACE) | {"d": None})
     made, gone = line.split("; ")[1:]
@@ -88,9 +90,9 @@ def test_what_was_done_to_many_is_told_once() -> None:
         ({"tool": "Anna's", "vertices": "abc"}, "tool unknown, vertices 0"),
     ],
 )
-def test_of_open_clicks_the_tool_and_their_number_are_told(after: Any, said: str) -> None:
+def test_outline_of_a_draft_contains_its_tool_and_number_of_clicks(after: Any, said: str) -> None:
     assert told(kind="draft", after=after).split("; ")[1:] == [said]
 
 
-def test_a_kind_that_is_no_word_is_not_told() -> None:
+def test_invalid_kind_is_listed_as_unknown() -> None:
     assert told(kind="Anna's bed").startswith("7 unknown,")

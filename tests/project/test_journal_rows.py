@@ -99,7 +99,7 @@ def traces(folder: Path) -> set[str]:
 
 
 # --- writing -------------------------------------------------------------------------------------
-def test_every_row_is_summed_with_the_one_before_and_the_head_goes_with_it(
+def test_checksum_of_every_row_includes_the_previous_one_and_the_head_follows(
     journal: SqliteJournal, path: Path
 ) -> None:
     """Files outlive the program: the sums are those of a recipe that anybody can follow, and after
@@ -118,7 +118,7 @@ def test_every_row_is_summed_with_the_one_before_and_the_head_goes_with_it(
         assert asked(path, "SELECT id, rows, seq, checksum FROM head") == [(1, count, last, total)]
 
 
-def test_a_row_says_when_with_which_program_and_with_which_settings_it_was_written(
+def test_row_stores_its_time_program_version_and_settings(
     journal: SqliteJournal,
 ) -> None:
     begin = datetime.now(UTC) - timedelta(seconds=1)
@@ -149,7 +149,7 @@ def test_a_copied_row_keeps_its_time_program_and_settings(journal: SqliteJournal
 
 
 @pytest.mark.parametrize("statement", ["INSERT ON journal", "INSERT ON head"])
-def test_a_row_and_the_head_are_written_both_or_neither(tmp_path: Path, statement: str) -> None:
+def test_row_and_head_are_written_together_or_not_at_all(tmp_path: Path, statement: str) -> None:
     """An edit that cannot be written leaves disk and window as they were, and the next one is
     written as if it had never been tried."""
     project = ProjectFolder.create(tmp_path / "a.vom")
@@ -172,7 +172,7 @@ def test_a_row_and_the_head_are_written_both_or_neither(tmp_path: Path, statemen
     project.close()
 
 
-def test_a_number_that_json_does_not_have_is_not_written(journal: SqliteJournal) -> None:
+def test_number_without_a_json_form_is_not_written(journal: SqliteJournal) -> None:
     """No other program could read it, and nothing could be told from it."""
     with pytest.raises(ValueError, match="JSON"):
         journal.append("do", after={"a": {"x": float("nan")}})
@@ -180,14 +180,12 @@ def test_a_number_that_json_does_not_have_is_not_written(journal: SqliteJournal)
     assert journal.append("do", after={"a": {"x": 1.0}}) == 1
 
 
-def test_a_row_is_written_without_blanks_that_no_one_reads(
-    journal: SqliteJournal, path: Path
-) -> None:
+def test_rows_are_written_as_compact_json(journal: SqliteJournal, path: Path) -> None:
     journal.append("do", after={"a": [1, 2], "b": None})
     assert asked(path, EDITS) == [(None, '{"a":[1,2],"b":null}')]
 
 
-def test_a_model_whose_name_is_no_utf8_is_opened_and_found_again(tmp_path: Path) -> None:
+def test_model_with_a_non_utf8_name_is_stored_and_read(tmp_path: Path) -> None:
     """Drives written on other systems have such names; the path must come back to the byte."""
     project = ProjectFolder.create(tmp_path / "a.vom")
     named = replace(MODEL, name="caf\udce9", path="/x/caf\udce9.obj")
@@ -201,7 +199,7 @@ def test_a_model_whose_name_is_no_utf8_is_opened_and_found_again(tmp_path: Path)
 
 
 # --- how safely ----------------------------------------------------------------------------------
-def test_a_row_is_on_the_disk_before_its_effect_is_seen(journal: SqliteJournal, path: Path) -> None:
+def test_row_is_on_disk_before_its_effect_is_visible(journal: SqliteJournal, path: Path) -> None:
     """A power cut may come at any moment: every commit waits for the disk."""
     journal.append("save")
     assert journal._db.execute("PRAGMA journal_mode").fetchone() == ("wal",)
@@ -221,7 +219,7 @@ class _NetworkDrive(JournalConnection):
         return super().execute(statement, *values)
 
 
-def test_where_no_log_can_be_kept_rows_are_written_as_safely_without(
+def test_journal_without_wal_keeps_full_synchronous_writes(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     SqliteJournal(path, is_new=True).close()
@@ -236,7 +234,7 @@ def test_where_no_log_can_be_kept_rows_are_written_as_safely_without(
     assert chained(path)[0] == 1
 
 
-def test_closing_while_somebody_reads_loses_nothing(path: Path) -> None:
+def test_closing_during_a_read_loses_nothing(path: Path) -> None:
     journal = SqliteJournal(path, is_new=True)
     journal.append("do", label="x", after={})
     with closing(sqlite3.connect(path)) as reader:
@@ -265,7 +263,7 @@ def test_closing_while_somebody_reads_loses_nothing(path: Path) -> None:
         ("seq > 4", (5, 7)),
     ],
 )
-def test_missing_rows_are_named_and_no_other_is_blamed(
+def test_missing_rows_are_reported_without_blaming_others(
     four_beds: Path, gone: str, span: tuple[int, int]
 ) -> None:
     changed(four_beds / "journal.sqlite", f"DELETE FROM journal WHERE {gone}")
@@ -278,7 +276,7 @@ def test_missing_rows_are_named_and_no_other_is_blamed(
     assert traces(four_beds) == {f"t{seq - 4}" for seq in kept if seq >= 4}
 
 
-def test_what_stands_for_lost_rows_says_so_and_nothing_else(four_beds: Path) -> None:
+def test_placeholder_of_lost_rows_contains_only_the_notice(four_beds: Path) -> None:
     path = four_beds / "journal.sqlite"
     changed(path, "DELETE FROM journal WHERE seq > 5")
     journal = SqliteJournal(path)
@@ -288,7 +286,7 @@ def test_what_stands_for_lost_rows_says_so_and_nothing_else(four_beds: Path) -> 
     assert last == JournalRow(7, "gap", None, "", None, None, "", "", None, notice=missing)
 
 
-def test_a_damaged_row_takes_no_other_with_it(four_beds: Path) -> None:
+def test_damaged_row_does_not_affect_others(four_beds: Path) -> None:
     changed(four_beds / "journal.sqlite", "UPDATE journal SET time = 'x' WHERE seq IN (4, 6)")
     problems = read_replay(four_beds).problems
     assert [p.values["row"] for p in problems] == [4, 6]
@@ -296,7 +294,7 @@ def test_a_damaged_row_takes_no_other_with_it(four_beds: Path) -> None:
     assert traces(four_beds) == {"t1", "t3"}
 
 
-def test_a_sound_journal_has_nothing_to_say(four_beds: Path) -> None:
+def test_valid_journal_has_no_problems(four_beds: Path) -> None:
     schema, played = read_schema_and_replay(four_beds)
     assert (schema, played.problems) == (SCHEMA_VERSION, [])
     assert traces(four_beds) == {"t0", "t1", "t2", "t3"}
@@ -314,9 +312,7 @@ def test_a_sound_journal_has_nothing_to_say(four_beds: Path) -> None:
         "UPDATE journal SET checksum = '' WHERE seq = 5",
     ],
 )
-def test_bytes_that_are_no_text_and_text_that_is_no_json_are_damage_of_their_row_alone(
-    four_beds: Path, damage: str
-) -> None:
+def test_invalid_text_or_json_damages_only_its_row(four_beds: Path, damage: str) -> None:
     changed(four_beds / "journal.sqlite", damage)
     assert any(problem.values["row"] == 5 for problem in read_replay(four_beds).problems)
     project = ProjectFolder.open(four_beds)
@@ -327,7 +323,7 @@ def test_bytes_that_are_no_text_and_text_that_is_no_json_are_damage_of_their_row
     project.close()
 
 
-def test_text_that_is_no_json_is_named_even_where_its_sum_is_right(journal: SqliteJournal) -> None:
+def test_invalid_json_is_reported_even_with_a_correct_checksum(journal: SqliteJournal) -> None:
     """Damage of schema 1 was summed when it was brought to schema 2."""
     values = (1, "do", None, "x", '{"a":', "{", "then", "0.1", None)
     total = journals.checksum("", values)
@@ -350,7 +346,7 @@ def test_text_that_is_no_json_is_named_even_where_its_sum_is_right(journal: Sqli
         "UPDATE head SET rows = 70",
     ],
 )
-def test_where_the_head_is_lost_or_damaged_new_rows_follow_the_last_one(
+def test_new_rows_follow_the_last_one_if_the_head_is_lost_or_damaged(
     four_beds: Path, lost: str
 ) -> None:
     path = four_beds / "journal.sqlite"
@@ -363,7 +359,7 @@ def test_where_the_head_is_lost_or_damaged_new_rows_follow_the_last_one(
     assert asked(path, HEAD) == [chained(path)]
 
 
-def test_after_lost_rows_the_next_one_follows_what_is_there(four_beds: Path) -> None:
+def test_next_row_after_lost_rows_follows_the_last_remaining_one(four_beds: Path) -> None:
     """Its number is new, its sum goes on from the last row that is left."""
     path = four_beds / "journal.sqlite"
     changed(path, "DELETE FROM journal WHERE seq > 5")
@@ -375,7 +371,7 @@ def test_after_lost_rows_the_next_one_follows_what_is_there(four_beds: Path) -> 
     assert asked(path, HEAD) == [(6, 8, total)]
 
 
-def test_where_all_rows_were_lost_that_is_said_and_work_can_go_on(four_beds: Path) -> None:
+def test_loss_of_all_rows_is_reported_and_work_can_continue(four_beds: Path) -> None:
     path = four_beds / "journal.sqlite"
     changed(path, "DELETE FROM journal")
     project = ProjectFolder.open(four_beds)
@@ -386,7 +382,7 @@ def test_where_all_rows_were_lost_that_is_said_and_work_can_go_on(four_beds: Pat
     assert "m1" in read_replay(four_beds).records
 
 
-def test_the_newest_rows_are_given_in_their_order(four_beds: Path) -> None:
+def test_newest_rows_are_returned_in_order(four_beds: Path) -> None:
     journal = SqliteJournal(four_beds / "journal.sqlite")
     every = list(journal.rows())
     assert journal.last_rows(3) == every[-3:]
@@ -402,7 +398,7 @@ def test_the_newest_rows_are_given_in_their_order(four_beds: Path) -> None:
     journal.close()
 
 
-def test_reading_leaves_everything_as_it_is(four_beds: Path) -> None:
+def test_reading_changes_no_files(four_beds: Path) -> None:
     path = four_beds / "journal.sqlite"
     before = sorted(four_beds.iterdir()), path.read_bytes(), path.stat().st_mtime_ns
     by_folder, by_file = read_replay(four_beds), read_replay(path)
@@ -411,7 +407,7 @@ def test_reading_leaves_everything_as_it_is(four_beds: Path) -> None:
 
 
 @pytest.mark.parametrize("what", ["nothing", "folder", "text", "other database", "newer"])
-def test_what_cannot_be_read_is_refused_with_its_name(tmp_path: Path, what: str) -> None:
+def test_unreadable_journal_is_rejected_with_its_name(tmp_path: Path, what: str) -> None:
     folder = tmp_path / "x.vom"
     if what != "nothing":
         folder.mkdir()
@@ -439,7 +435,7 @@ def test_what_cannot_be_read_is_refused_with_its_name(tmp_path: Path, what: str)
 
 
 # --- opening -------------------------------------------------------------------------------------
-def test_a_torn_file_is_refused_before_anything_is_written_to_it(four_beds: Path) -> None:
+def test_torn_file_is_rejected_before_anything_is_written(four_beds: Path) -> None:
     """Its head and first page are sound, so that SQLite would write to it without a word."""
     path = four_beds / "journal.sqlite"
     project = ProjectFolder.open(four_beds)
@@ -457,7 +453,7 @@ def test_a_torn_file_is_refused_before_anything_is_written_to_it(four_beds: Path
     assert sorted(p.name for p in four_beds.iterdir()) == ["journal.sqlite", "lock"]
 
 
-def test_a_journal_is_made_where_none_is_and_opened_where_one_is(path: Path) -> None:
+def test_journal_is_created_only_if_new_and_opened_if_it_exists(path: Path) -> None:
     with refused("project.not-a-project"):
         SqliteJournal(path)
     assert not path.exists()
@@ -472,7 +468,7 @@ def test_a_journal_is_made_where_none_is_and_opened_where_one_is(path: Path) -> 
     assert path.read_bytes() == whole
 
 
-def test_a_journal_that_another_program_holds_is_said_to_be_in_use(
+def test_journal_locked_by_another_program_is_reported_as_in_use(
     four_beds: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     connect = sqlite3.connect
@@ -490,13 +486,13 @@ def test_a_journal_that_another_program_holds_is_said_to_be_in_use(
                 read(four_beds / "journal.sqlite")
 
 
-def test_a_place_that_cannot_be_written_is_said_to_be_one(tmp_path: Path) -> None:
+def test_unwritable_folder_is_reported(tmp_path: Path) -> None:
     with refused("journal.not-opened", TargetError):
         SqliteJournal(tmp_path / "nowhere" / "journal.sqlite", is_new=True)
 
 
 # --- views, copies -------------------------------------------------------------------------------
-def test_what_is_seen_comes_back_and_is_no_history(journal: SqliteJournal, path: Path) -> None:
+def test_views_are_stored_without_journal_rows(journal: SqliteJournal, path: Path) -> None:
     assert journal.view("camera") is None
     assert journal.view("camera", 7) == 7
     journal.set_view("camera", [1.5, None])
@@ -514,7 +510,7 @@ def test_what_is_seen_comes_back_and_is_no_history(journal: SqliteJournal, path:
     again.close()
 
 
-def test_what_is_seen_goes_along_to_another_journal(journal: SqliteJournal, tmp_path: Path) -> None:
+def test_views_are_copied_to_another_journal(journal: SqliteJournal, tmp_path: Path) -> None:
     journal.set_view("camera", [1.5])
     journal.set_view("hidden", {"a": True})
     other = SqliteJournal(tmp_path / "other.sqlite", is_new=True)
@@ -523,7 +519,7 @@ def test_what_is_seen_goes_along_to_another_journal(journal: SqliteJournal, tmp_
     other.close()
 
 
-def test_a_copy_of_an_open_journal_is_whole(journal: SqliteJournal, tmp_path: Path) -> None:
+def test_copy_of_an_open_journal_is_complete(journal: SqliteJournal, tmp_path: Path) -> None:
     journal.append("do", label="x", after={"a": None})
     journal.copy_to(tmp_path / "copy.sqlite")
     assert chained(tmp_path / "copy.sqlite") == chained(journal.path)
@@ -535,7 +531,7 @@ def test_a_copy_of_an_open_journal_is_whole(journal: SqliteJournal, tmp_path: Pa
     assert "nowhere" in str(caught.value)
 
 
-def test_no_export_may_replace_the_journal_or_the_log_beside_it(tmp_path: Path) -> None:
+def test_export_protection_covers_the_journal_and_its_log_files(tmp_path: Path) -> None:
     project = ProjectFolder.create(tmp_path / "a.vom")
     beside = {p for p in project.folder.iterdir() if p.name.startswith("journal")}
     assert len(beside) == 3
@@ -543,7 +539,7 @@ def test_no_export_may_replace_the_journal_or_the_log_beside_it(tmp_path: Path) 
     project.close()
 
 
-def test_the_settings_of_the_newest_edit_are_those_that_count(tmp_path: Path) -> None:
+def test_settings_of_the_newest_edit_apply(tmp_path: Path) -> None:
     told = {"n": 1}
     project = ProjectFolder.create(tmp_path / "a.vom", settings=lambda: told)
     told = {"n": 2}

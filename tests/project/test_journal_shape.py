@@ -48,7 +48,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("how", HOSTILE)
-def test_a_program_in_a_journal_does_not_run(
+def test_code_in_a_journal_is_not_executed(
     tmp_path: Path, how: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "a.vom"
@@ -68,7 +68,7 @@ def test_a_program_in_a_journal_does_not_run(
 
 
 @pytest.mark.parametrize("specimen", figures.SPECIMENS)
-def test_journals_of_all_versions_are_plain(tmp_path: Path, specimen: str) -> None:
+def test_journals_of_all_versions_have_a_safe_schema(tmp_path: Path, specimen: str) -> None:
     name = f"{specimen}.vom"
     shutil.copytree(SPECIMENS / name, tmp_path / name)
     read_replay(tmp_path / name)

@@ -35,14 +35,14 @@ MODEL = Model("m1", "cliff", "cliff.obj", "mesh", HASH, Frame("local"))
 RECORDS_OF_ALL = {"m1": MODEL, **{f.id: f for f in ONE_OF_EACH.values()}}
 
 
-def test_there_is_an_example_of_every_kind_under_its_name():
+def test_every_kind_has_an_example_under_its_name():
     """Names on disk are kept by the specimen project, which is read with each of them."""
     assert {name: type(feature) for name, feature in ONE_OF_EACH.items()} == RECORDS
     assert [kind.name for kind in KINDS] == list(ONE_OF_EACH)
 
 
 @pytest.mark.parametrize("name", ONE_OF_EACH)
-def test_a_kind_measures_draws_and_names_what_it_is_given(name):
+def test_kind_measures_draws_and_names_its_features(name):
     feature = ONE_OF_EACH[name]
     kind = get_kind(feature)
     assert kind.name == name
@@ -60,7 +60,7 @@ def test_a_kind_measures_draws_and_names_what_it_is_given(name):
     assert all(isinstance(figure.text(subject), str) for figure in kind.figures)
 
 
-def test_features_of_many_kinds_come_back_in_the_order_in_which_they_were_asked_for():
+def test_measurements_of_many_kinds_are_in_the_requested_order():
     mixed = [*ONE_OF_EACH.values(), bed("t2", shift=5.0), *reversed(ONE_OF_EACH.values())]
     measured = measure_all(RECORDS_OF_ALL, mixed)
     assert [m.kind for m in measured] == [get_kind(f).name for f in mixed]
@@ -68,7 +68,7 @@ def test_features_of_many_kinds_come_back_in_the_order_in_which_they_were_asked_
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
-def test_every_field_that_may_be_changed_is_there_and_its_figures_have_one_name_each(kind):
+def test_attributes_of_a_kind_are_record_fields_and_figure_names_are_unique(kind):
     fields = {field.name for field in dataclasses.fields(kind.record)}
     assert {attribute.field for attribute in kind.attributes} <= fields
     names = [figure.name for figure in kind.figures]
@@ -78,7 +78,7 @@ def test_every_field_that_may_be_changed_is_there_and_its_figures_have_one_name_
     assert kind.has_feature_type == ("type_id" in fields)
 
 
-def test_a_figure_is_the_same_under_its_name_in_every_kind():
+def test_figures_of_one_name_are_equal_in_every_kind():
     for kind in KINDS:
         for figure in kind.figures:
             first = FIGURES[figure.name]
@@ -86,7 +86,7 @@ def test_a_figure_is_the_same_under_its_name_in_every_kind():
             assert figure.explanation
 
 
-def test_short_names_fit_a_shapefile_and_words_of_a_filter_name_one_figure():
+def test_short_names_fit_a_shapefile_and_filter_words_are_unique():
     shorts = [figure.short for figure in FIGURES.values() if figure.short]
     assert len(set(shorts)) == len(shorts)
     assert max(map(len, shorts)) <= 10
@@ -103,7 +103,7 @@ def test_attributes_of_all_kinds_are_merged_in_the_order_of_each():
         assert sorted(own, key=merged.index) == own
 
 
-def test_only_what_a_kind_lets_be_changed_is_changed(session):
+def test_only_attributes_of_its_kind_can_be_changed(session):
     session.apply(edits.add_trace(session.records, bed("t1")))
     with refused("feature.no-attribute", DocumentError, attribute="vertices"):
         edits.set_attributes(session.records, ["t1"], vertices=())
@@ -121,13 +121,13 @@ def test_only_what_a_kind_lets_be_changed_is_changed(session):
         ("r1", {"i1"}),
     ],
 )
-def test_what_rests_on_a_record_looks_different_after_its_edit(changed, looks_different):
+def test_features_depending_on_a_changed_record_are_found(changed, looks_different):
     others = {i: f for i, f in RECORDS_OF_ALL.items() if isinstance(f, Feature) and i != changed}
     found = {i for i, f in others.items() if depends_on(RECORDS_OF_ALL, f, {changed})}
     assert found == looks_different
 
 
-def test_what_lay_on_a_plane_that_is_gone_looks_different():
+def test_deleting_a_plane_affects_the_lines_on_it():
     without = {i: r for i, r in RECORDS_OF_ALL.items() if i != "t1"}
     assert depends_on(without, RECORDS_OF_ALL["l1"], {"t1"})
     measurements = Measurements()
@@ -136,12 +136,12 @@ def test_what_lay_on_a_plane_that_is_gone_looks_different():
     assert measurements.of(without, ["l1"])["l1"].rake_deg is None
 
 
-def test_what_has_no_type_is_in_a_group_of_its_kind():
+def test_untyped_feature_is_in_the_group_of_its_kind():
     assert visibility_group(ONE_OF_EACH["dimension"]) == "dimensions"
     assert visibility_group(ONE_OF_EACH["patch"]) == "joint"
 
 
-def test_the_records_load_no_kind_and_the_kinds_nothing_slow():
+def test_records_import_no_kinds_and_kinds_no_slow_modules():
     def loaded(statement: str) -> set[str]:
         ask = f"{statement}\nimport sys; print(*sys.modules)"
         done = subprocess.run(
@@ -155,7 +155,7 @@ def test_the_records_load_no_kind_and_the_kinds_nothing_slow():
     assert not slow & loaded("import vomstudio.project.kinds")
 
 
-def test_nothing_above_the_kinds_asks_for_the_class_of_one():
+def test_only_the_kinds_package_tests_for_record_classes():
     names = {cls.__name__ for cls in RECORDS.values()}
     mentioned = re.compile(rf"\b({'|'.join(names)})\b")
     asked = []
@@ -170,7 +170,7 @@ def test_nothing_above_the_kinds_asks_for_the_class_of_one():
     assert asked == []
 
 
-def test_a_subject_without_a_document_has_its_fits_figures():
+def test_subject_without_a_document_has_the_figures_of_its_fit():
     feature = ONE_OF_EACH["trace"]
     measured = measure_all(RECORDS_OF_ALL, [feature])[0]
     subject = Subject(None, measured)
@@ -179,7 +179,7 @@ def test_a_subject_without_a_document_has_its_fits_figures():
     assert catalogue.N_POINTS.value(subject) == len(feature.vertices)
 
 
-def test_fields_of_a_kind_to_come_find_their_place_among_those_that_are_there():
+def test_fields_of_a_new_kind_are_merged_in_order_into_existing_ones():
     """The window shows the fields of all selected features in one form, each kind in its order."""
 
     def merged(*lists: str) -> str:

@@ -76,7 +76,7 @@ def measured(records: dict, id_: str):
 # --- slip ----------------------------------------------------------------------------------------
 @pytest.mark.parametrize("rake", [1.0, 30.0, 60.0, 89.0, 91.0, 120.0, 179.0])
 @pytest.mark.parametrize("plane", [FAULT, Plane(5.0, 20.0), Plane(300.0, 89.0)])
-def test_the_hanging_wall_goes_where_the_sense_says(plane, rake):
+def test_hanging_wall_moves_as_the_sense_of_slip_states(plane, rake):
     """Seen with the eye of the mind: the hanging wall lies on the side of the dip direction. Normal
     is down, reverse up; sinistral is to the left of one who looks across from the footwall."""
     up = np.array([0.0, 0.0, 1.0])
@@ -113,13 +113,13 @@ def test_the_hanging_wall_goes_where_the_sense_says(plane, rake):
         (135.0, "dextral", -135.0),
     ],
 )
-def test_directed_rakes_are_those_of_aki_and_richards(rake, sense, expected):
+def test_directed_rakes_follow_aki_and_richards(rake, sense, expected):
     found = slip_rake(FAULT, rake, sense)
     assert found == expected
     assert math.copysign(1.0, found) == math.copysign(1.0, expected)
 
 
-def test_a_sense_that_does_not_tell_the_direction_gives_none():
+def test_sense_that_does_not_determine_the_direction_gives_no_slip_rake():
     assert slip_rake(FAULT, 0.0, "normal") is None
     assert slip_rake(FAULT, 90.0, "dextral") is None
     assert slip_rake(FAULT, 40.0, "") is None
@@ -141,7 +141,7 @@ def test_a_line_on_a_plane_has_its_rake(rake):
 
 
 @pytest.mark.parametrize("off", [3.0, 8.0, 25.0])
-def test_a_line_off_its_plane_is_laid_into_it_and_says_by_how_much(off):
+def test_line_off_its_plane_is_projected_and_its_angle_reported(off):
     rad = math.radians(off)
     inside = line_from_rake(FAULT, 40.0).vector()
     out = math.cos(rad) * inside + math.sin(rad) * FAULT.normal()
@@ -155,7 +155,7 @@ def test_a_line_off_its_plane_is_laid_into_it_and_says_by_how_much(off):
     assert reasons.get("line.off-plane") == expected
 
 
-def test_a_plane_that_is_gone_leaves_the_line_and_says_so():
+def test_deleted_plane_keeps_the_line_and_is_reported():
     found = measured(world(lineation(along(FAULT, 40.0), "f1", "normal")), "l1")
     assert found.rake_deg is None
     assert found.slip_rake_deg is None
@@ -163,7 +163,7 @@ def test_a_plane_that_is_gone_leaves_the_line_and_says_so():
     assert "line.plane-missing" in by_code(found.verdict.reasons)
 
 
-def test_a_compass_reading_is_a_plane_without_a_known_error():
+def test_compass_reading_is_a_plane_of_unknown_error():
     reading = Reading("r1", "R01", "fault", "plane", 120.0, 60.0)
     chance = np.random.default_rng(3)
     points = along(FAULT, 40.0, 9) + chance.normal(0, 0.005, (9, 3))
@@ -175,7 +175,7 @@ def test_a_compass_reading_is_a_plane_without_a_known_error():
 
 @pytest.mark.full
 @pytest.mark.parametrize("n", [4, 12])
-def test_the_region_of_a_line_on_a_plane_holds_it_in_95_of_100(n):
+def test_region_of_a_line_on_a_plane_contains_it_in_95_percent_of_cases(n):
     """Both are picked anew in every run: the fault's trace and the striation on it."""
     chance = np.random.default_rng(n)
     truth, runs, held = line_from_rake(FAULT, 40.0).vector(), 500, 0
@@ -193,7 +193,7 @@ def test_the_region_of_a_line_on_a_plane_holds_it_in_95_of_100(n):
     assert 0.92 <= held / runs <= 0.985
 
 
-def test_lines_turn_with_their_world():
+def test_lines_rotate_with_the_world():
     """A turn about the vertical adds to every azimuth and leaves rakes, errors and lengths."""
     chance = np.random.default_rng(11)
     points = along(FAULT, 40.0, 7) + chance.normal(0, 0.02, (7, 3))
@@ -222,7 +222,7 @@ def thickness(ends, plane_id="f1") -> Dimension:
 
 
 @pytest.mark.parametrize("plane", [Plane(0, 0), FAULT, Plane(45, 90), Plane(200, 12)])
-def test_a_thickness_is_the_distance_across_the_plane_wherever_its_ends_lie(plane):
+def test_thickness_is_perpendicular_to_the_plane_for_any_end_points(plane):
     chance = np.random.default_rng(5)
     records = world(trace("f1", plane))
     for _ in range(10):
@@ -238,7 +238,7 @@ def test_a_thickness_is_the_distance_across_the_plane_wherever_its_ends_lie(plan
 
 @pytest.mark.full
 @pytest.mark.parametrize("apart", first_in_default_tier([0.0, 6.0], 1))
-def test_the_error_of_a_thickness_holds_the_truth_in_95_of_100(apart):
+def test_thickness_error_contains_the_truth_in_95_percent_of_cases(apart):
     """The bed is picked anew in every run, and both ends lie on uneven surfaces."""
     chance = np.random.default_rng(17)
     rough, runs, held = 0.03, 600, 0
@@ -252,7 +252,7 @@ def test_the_error_of_a_thickness_holds_the_truth_in_95_of_100(apart):
     assert 0.925 <= held / runs <= 0.975
 
 
-def test_a_thickness_without_its_plane_says_why():
+def test_thickness_without_a_plane_reports_the_reason():
     gone = measured(world(thickness([[0, 0, 0], [0, 0, 1]])), "d1")
     assert gone.problem == Finding("thickness.plane-lost")
     none = measured(world(thickness([[0, 0, 0], [0, 0, 1]], "")), "d1")
@@ -275,7 +275,7 @@ def straight(id_: str, seed: int = 3, rule: int = SURROUNDINGS_RULE) -> Trace:
     return Trace(id_, id_, "bedding", "m1", HASH, vertices, RESOLUTION, wall, rule=rule)
 
 
-def test_what_follows_from_a_plane_that_could_have_any_turn_says_so():
+def test_results_from_a_poorly_constrained_plane_are_rated_poor():
     records = world(straight("b"), trace("f1", FAULT, rough=0.01))
     bed = measured(records, "b")
     assert bed.verdict.quality == "poor"
@@ -290,7 +290,7 @@ def test_what_follows_from_a_plane_that_could_have_any_turn_says_so():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_the_error_of_a_thickness_across_such_a_plane_holds_every_turn_of_it(seed):
+def test_thickness_error_covers_every_rotation_of_a_poorly_constrained_plane(seed):
     end = np.array([0.5, 1.0, 2.0])
     records = world(straight("b", seed), thickness([[0, 0, 0], end], "b"))
     found = measured(records, "d1").dimension
@@ -299,7 +299,7 @@ def test_the_error_of_a_thickness_across_such_a_plane_holds_every_turn_of_it(see
         assert abs(found["thickness_m"] - possible) <= found["thickness_error95_m"] + 0.05
 
 
-def test_a_resolution_by_an_earlier_rule_changes_no_figure_of_the_project():
+def test_resolution_by_an_earlier_rule_does_not_change_results():
     meeting = Intersection("x", "X01", "intersection", Group("b"), Group("f1"))
     fault = trace("f1", FAULT, rough=0.01)
     earlier = measured(world(straight("b", rule=0), fault, meeting), "x")
@@ -311,7 +311,7 @@ def test_a_resolution_by_an_earlier_rule_changes_no_figure_of_the_project():
 BED = Plane(30.0, 25.0)
 
 
-def test_two_picked_planes_meet_where_they_were_made_to():
+def test_intersection_of_two_picked_planes_is_the_true_line():
     records = world(
         trace("f1", FAULT),
         trace("b1", BED, "bedding"),
@@ -329,7 +329,7 @@ def test_two_picked_planes_meet_where_they_were_made_to():
 
 
 @pytest.mark.full
-def test_the_region_of_an_intersection_of_picked_planes_holds_it():
+def test_region_of_an_intersection_contains_the_true_line():
     truth = np.cross(FAULT.normal(), BED.normal())
     truth /= np.linalg.norm(truth)
     runs, held = 400, 0
@@ -369,7 +369,7 @@ def test_an_intersection_follows_its_sets():
     assert keep.of(empty, ["i1"])["i1"].problem == Finding("sets.no-members")
 
 
-def test_bedding_and_fault_of_the_sample_meet_in_the_axis_they_were_made_with():
+def test_bedding_and_fault_of_the_sample_intersect_in_the_true_axis():
     from vomstudio.core.paths import resource
 
     with resource("sample", "picks.csv").open(newline="") as stream:
@@ -401,7 +401,7 @@ def test_bedding_and_fault_of_the_sample_meet_in_the_axis_they_were_made_with():
 
 
 # --- edits and tables ----------------------------------------------------------------------------
-def test_other_vertices_of_a_line_leave_all_else_and_can_be_taken_back(session):
+def test_changing_vertices_of_a_line_keeps_other_fields_and_can_be_undone(session):
     session.apply(edits.add_trace(session.records, trace("f1", FAULT)))
     line = lineation(along(FAULT, 40.0), "f1", "normal")
     session.apply(edits.add_features(session.records, [line]))
@@ -444,7 +444,7 @@ def test_the_table_has_trend_plunge_and_rake_of_lines(tmp_path: Path):
     assert float(rows["i1"]["trend_deg"]) == pytest.approx(found.trend_deg)
 
 
-def test_the_layers_hold_lines_and_dimensions(tmp_path: Path):
+def test_layers_contain_lines_and_dimensions(tmp_path: Path):
     import pyogrio
 
     from vomstudio.project.exports.geopackage import write_layers

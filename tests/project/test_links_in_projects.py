@@ -47,7 +47,7 @@ def content(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("name", first_in_default_tier([*FOLDERS, *FILES]))
-def test_what_a_link_leads_to_stays_as_it_is(
+def test_target_of_a_symbolic_link_is_left_unchanged(
     tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     project, victim = tmp_path / "a.vom", tmp_path / "victim"

@@ -68,7 +68,7 @@ def figures(model: Model = MODEL) -> dict[str, Any]:
     return {f.id: m for f, m in zip(features, measured, strict=True)}
 
 
-def test_they_have_places_lengths_and_areas_and_no_orientation():
+def test_stations_contacts_and_rock_areas_have_dimensions_but_no_orientation():
     found = figures()
     assert found["s1"].points == pytest.approx(np.array(LINE[:1]))
     assert found["k1"].dimension == {"length_m": pytest.approx(17.0)}
@@ -80,7 +80,7 @@ def test_they_have_places_lengths_and_areas_and_no_orientation():
         assert each.plane is each.line is each.fit is each.verdict is each.problem is None
 
 
-def test_a_registration_moves_them_and_scales_what_they_measure():
+def test_registration_moves_features_and_scales_their_dimensions():
     """A turn by 30 degrees about up and twice the size: places turn, lengths double, areas are four
     times as large."""
     turn = np.radians(30.0)
@@ -99,7 +99,7 @@ def test_a_registration_moves_them_and_scales_what_they_measure():
     assert after["a1"].dimension["outline_m2"] == pytest.approx(24.0)
 
 
-def test_they_are_undone_and_are_there_again_after_closing(project: Path):
+def test_features_can_be_undone_and_are_stored_in_the_project(project: Path):
     opened = ProjectFolder.open(project)
     session = opened.session
     assert [session.records[i] for i in ("s1", "k1", "a1")] == [STATION, CONTACT, ROCK]
@@ -120,14 +120,14 @@ def test_they_are_undone_and_are_there_again_after_closing(project: Path):
     opened.close()
 
 
-def test_what_is_no_choice_is_refused_and_never_gets_into_the_journal(project: Path):
+def test_invalid_choice_is_rejected_and_never_stored_in_the_journal(project: Path):
     opened = ProjectFolder.open(project)
     with refused("option.not-a-choice", DocumentError, value="fossil"):
         edits.set_attributes(opened.session.records, ["s1"], what="fossil")
     opened.close()
 
 
-def test_every_word_of_the_list_is_one_of_strabospot_and_has_a_colour_but_what_is_covered():
+def test_every_lithology_is_in_strabospot_and_all_but_covered_have_a_colour():
     assert len(set(LITHOLOGIES)) == len(LITHOLOGIES)
     assert all(strabospot_fields(word) is not None for word in LITHOLOGIES)
     assert [word for word in LITHOLOGIES if not lithology_color(word)] == ["covered"]
@@ -191,9 +191,7 @@ def test_ogr_reads_points_lines_and_polygons_in_three_dimensions(
     assert (told["lithology"], told["area_m2"]) == ("sandstone", pytest.approx(6.5))
 
 
-def test_the_geopackage_has_a_style_for_each_and_rocks_have_their_colours(
-    project: Path, tmp_path: Path
-):
+def test_geopackage_has_a_style_for_each_layer_and_rock_colours(project: Path, tmp_path: Path):
     import sqlite3
     from contextlib import closing
 
@@ -218,7 +216,7 @@ def test_kml_has_degrees_heights_and_a_real_polygon(project: Path, tmp_path: Pat
     assert coordinates(part)[:-1] == pytest.approx(wanted, abs=1e-8)
 
 
-def test_dxf_has_layers_of_its_own(project: Path, tmp_path: Path):
+def test_dxf_has_separate_layers(project: Path, tmp_path: Path):
     export_project(project, "dxf", tmp_path / "o.dxf")
     drawing = ezdxf.readfile(tmp_path / "o.dxf")
     entities = {e.dxf.layer: e for e in drawing.modelspace()}
@@ -231,9 +229,7 @@ def test_dxf_has_layers_of_its_own(project: Path, tmp_path: Path):
     assert [v.dxf.location.xyz for v in ring.vertices] == [pytest.approx(p) for p in RING]
 
 
-def test_csv_keeps_the_table_of_orientations_and_puts_the_others_beside(
-    project: Path, tmp_path: Path
-):
+def test_csv_keeps_the_orientation_table_and_adds_separate_tables(project: Path, tmp_path: Path):
     table = export_project(project, "csv", tmp_path / "o.csv")
     assert [path.name for path in table.files] == [
         "o.csv",
@@ -250,7 +246,7 @@ def test_csv_keeps_the_table_of_orientations_and_puts_the_others_beside(
 
 
 @pytest.mark.parametrize("ending", ["gpkg", "shp", "geojson", "kml", "csv"])
-def test_what_was_exported_comes_back_as_it_was(project: Path, tmp_path: Path, ending: str):
+def test_exported_features_are_imported_unchanged(project: Path, tmp_path: Path, ending: str):
     export_project(project, ending, tmp_path / f"o.{ending}")
     opened = ProjectFolder.open(project)
     records = opened.session.records
@@ -281,7 +277,7 @@ def test_what_was_exported_comes_back_as_it_was(project: Path, tmp_path: Path, e
     opened.close()
 
 
-def test_an_area_is_measured_anew_where_the_surface_is_at_hand(project: Path, tmp_path: Path):
+def test_area_is_measured_again_if_the_surface_is_available(project: Path, tmp_path: Path):
     export_project(project, "geojson", tmp_path / "o.geojson")
     opened = ProjectFolder.open(project)
     path = tmp_path / "o_lithologies.geojson"
@@ -292,7 +288,7 @@ def test_an_area_is_measured_anew_where_the_surface_is_at_hand(project: Path, tm
     opened.close()
 
 
-def test_bad_files_are_said_with_the_remedy(project: Path, tmp_path: Path):
+def test_bad_files_are_reported_with_the_remedy(project: Path, tmp_path: Path):
     opened = ProjectFolder.open(project)
     records = opened.session.records
 
@@ -329,7 +325,7 @@ def test_bad_files_are_said_with_the_remedy(project: Path, tmp_path: Path):
 
 
 # --- the command line -------------------------------------------------------------------------
-def test_commands_that_want_planes_say_that_there_are_none(project: Path, tmp_path: Path):
+def test_commands_that_need_planes_report_that_none_exist(project: Path, tmp_path: Path):
     for form in ("stereonet", "orient", "faultkin", "wintensor", "gempy", "loopstructural", "gems"):
         code, said = command("export", project, "--to", form, "-o", tmp_path / f"{form}.txt")
         assert code == 2, form
@@ -342,7 +338,7 @@ def test_commands_that_want_planes_say_that_there_are_none(project: Path, tmp_pa
     assert (code, said["planes"], said["lines"], said["skipped"]) == (0, [], [], [])
 
 
-def test_they_never_count_as_planes(project: Path, tmp_path: Path):
+def test_features_without_orientation_never_count_as_planes(project: Path, tmp_path: Path):
     opened = ProjectFolder.open(project)
     session = opened.session
     session.apply(edits.add_trace(session.records, bed("t1")))
@@ -354,7 +350,7 @@ def test_they_never_count_as_planes(project: Path, tmp_path: Path):
     assert (code, said["n"]) == (0, 1)
 
 
-def test_a_file_is_taken_in_by_the_command_line_as_one_step(project: Path, tmp_path: Path):
+def test_command_line_imports_a_file_as_one_step(project: Path, tmp_path: Path):
     command("export", project, "--to", "gpkg", "-o", tmp_path / "o.gpkg")
     code, said = command("project", project, "import", tmp_path / "o.gpkg")
     assert code == 0, said
@@ -364,7 +360,7 @@ def test_a_file_is_taken_in_by_the_command_line_as_one_step(project: Path, tmp_p
     assert said["features"] == 3
 
 
-def test_python_has_them_as_tables(project: Path):
+def test_python_returns_the_features_as_tables(project: Path):
     import vomstudio as vs
 
     with vs.Project.open(project) as opened:

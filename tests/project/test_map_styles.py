@@ -38,7 +38,7 @@ def styles(path: Path) -> dict[str, ElementTree.Element]:
     return {name: ElementTree.fromstring(text) for name, _, _, text in rows}
 
 
-def test_the_version_is_one_that_long_term_releases_know(exported) -> None:
+def test_geopackage_version_is_supported_by_long_term_releases_of_qgis(exported) -> None:
     """QGIS 3.22 warns of version 1.4 of the GeoPackage, which `user_version` tells."""
     with closing(sqlite3.connect(exported)) as file:
         (version,) = file.execute("PRAGMA user_version").fetchone()
@@ -80,14 +80,14 @@ def test_types_have_the_colours_of_the_project(exported) -> None:
     assert colors == {"0,114,178,255"}
 
 
-def test_the_verdict_is_the_style_of_the_line(exported) -> None:
+def test_verdict_determines_the_line_style(exported) -> None:
     traces = styles(exported)["traces"]
     said = [o.get("value", "") for o in traces.iter("Option") if o.get("name") == "expression"]
     assert said
     assert all("'poor' THEN 'dot'" in text for text in said)
 
 
-def test_the_map_finds_the_layers_wherever_the_two_files_are_moved(exported) -> None:
+def test_map_finds_its_layers_after_both_files_are_moved(exported) -> None:
     root = ElementTree.parse(exported.with_suffix(".qgs")).getroot()
     sources = [layer.findtext("datasource") for layer in root.iter("maplayer")]
     assert "./a.gpkg|layername=planes" in sources
@@ -107,7 +107,7 @@ def test_the_map_has_the_reference_system_of_its_layers() -> None:
     assert root.findtext("properties/SpatialRefSys/ProjectionsEnabled") == "1"
 
 
-def test_names_that_xml_would_misread_are_kept(tmp_path) -> None:
+def test_names_with_xml_characters_are_kept(tmp_path) -> None:
     style = Style(
         "line", [RendererCategory('a "b" <c> & d', "a", [qml.line(0.3, "#102030", {})])], "kind"
     )

@@ -55,7 +55,7 @@ TURNED = placed(
 
 
 # --- what was measured before it came ----------------------------------------------------------
-def test_what_was_measured_before_it_came_is_measured_once():
+def test_measurement_of_a_new_feature_is_reused_when_it_is_added():
     """As long as it is judged by the same limits, and stays what it was."""
     patch = replace(ONE_OF_EACH["patch"], id="new", name="B99")
     own = Thresholds()
@@ -75,7 +75,7 @@ def test_what_was_measured_before_it_came_is_measured_once():
 
 
 # --- kept as long as nothing changes ---------------------------------------------------------
-def test_a_measurement_is_kept_until_something_it_rests_on_changes():
+def test_measurement_is_kept_until_one_of_its_dependencies_changes():
     keep = Measurements()
     first = keep.of(RECORDS_OF_ALL, RECORDS_OF_ALL)
     assert list(first) == list(ONE_OF_EACH[k].id for k in ONE_OF_EACH)
@@ -97,7 +97,7 @@ def test_a_measurement_is_kept_until_something_it_rests_on_changes():
 
 
 @pytest.mark.parametrize("name", ONE_OF_EACH)
-def test_labels_change_no_measurement_of_any_kind(name):
+def test_labels_do_not_change_any_measurement(name):
     feature = ONE_OF_EACH[name]
     labels = LABEL_FIELDS & {field.name for field in fields(feature)}
     other = replace(feature, **dict.fromkeys(labels, "other"))
@@ -124,7 +124,7 @@ def test_only_features_are_measured_and_each_under_its_own_id():
     assert keep.of({}, ["t1"]) == {}
 
 
-def test_what_is_gone_is_forgotten_and_measured_anew_when_it_comes_back():
+def test_deleted_feature_is_forgotten_and_measured_again_when_restored():
     keep = Measurements()
     first = keep.of(RECORDS_OF_ALL, ["t1", "p1"])
     keep.keep_after_edit({"p1": RECORDS_OF_ALL["p1"]}, ["t1"])
@@ -133,7 +133,7 @@ def test_what_is_gone_is_forgotten_and_measured_anew_when_it_comes_back():
     assert again["t1"] is not first["t1"]
 
 
-def test_a_feature_that_is_in_no_document_is_measured_beside_it():
+def test_feature_outside_the_document_is_measured_without_being_stored():
     keep = Measurements()
     loose = replace(ONE_OF_EACH["lineation"], id="loose")
     found = keep.measure(RECORDS_OF_ALL, loose)
@@ -141,14 +141,14 @@ def test_a_feature_that_is_in_no_document_is_measured_beside_it():
     assert keep.of(RECORDS_OF_ALL, ["loose"]) == {}
 
 
-def test_what_is_measured_already_is_not_measured_again():
+def test_known_measurements_are_reused():
     known = {"t1": replace(measure_all(RECORDS_OF_ALL, [bed("t1")])[0], plane=None)}
     line = ONE_OF_EACH["lineation"]
     assert measure_all(RECORDS_OF_ALL, [line])[0].rake_deg is not None
     assert measure_all(RECORDS_OF_ALL, [line], known_measurements=known)[0].rake_deg is None
 
 
-def test_of_a_set_only_the_plane_that_changed_is_fitted_again(monkeypatch):
+def test_only_the_changed_plane_of_a_set_is_fitted_again(monkeypatch):
     """An intersection of sets may rest on thousands of planes: dragging one must stay quick."""
     fitted = []
 
@@ -170,7 +170,7 @@ def test_of_a_set_only_the_plane_that_changed_is_fitted_again(monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["trace", "patch", "lineation", "intersection"])
-def test_the_users_thresholds_judge_every_kind(name):
+def test_user_thresholds_apply_to_every_kind(name):
     strict, lax = Thresholds(0.0, 0.0, 1e9, -1e9, 1e9), Thresholds(90.0, 90.0, -1e9, 1e9, 0.0, 0.0)
     rough = {**RECORDS_OF_ALL, "t1": bed("t1", vertices=ROUGH)}
     rough["l1"] = replace(rough["l1"], vertices=ZIGZAG)
@@ -183,7 +183,7 @@ def test_the_users_thresholds_judge_every_kind(name):
     assert found["lax"] != "poor"
 
 
-def test_a_feature_rests_on_its_model_and_on_what_it_names():
+def test_feature_depends_on_its_model_and_the_records_it_names():
     records = RECORDS_OF_ALL
     for name, below in (
         ("trace", ["t1", "m1"]),
@@ -199,7 +199,7 @@ def test_a_feature_rests_on_its_model_and_on_what_it_names():
     assert get_sources(alone, records["t1"]) == (records["t1"], None)
 
 
-def test_an_edit_of_something_else_leaves_a_feature_as_it_looks():
+def test_feature_is_affected_only_by_edits_of_its_sources():
     for name in ("trace", "patch", "lineation", "dimension", "reading"):
         assert not depends_on(RECORDS_OF_ALL, ONE_OF_EACH[name], {"x1", "vein"})
     # Its type's colour, the plane it lies on, and what that plane rests on all show.
@@ -211,7 +211,7 @@ def test_an_edit_of_something_else_leaves_a_feature_as_it_looks():
     assert not depends_on(RECORDS_OF_ALL, replace(line, plane_id=""), {"t1"})
 
 
-def test_a_feature_without_a_figure_is_refused_by_its_name():
+def test_feature_without_a_fit_is_rejected_with_its_name():
     for name, said in (("B07", "B07"), ("", None)):
         with pytest.raises(GeometryError) as refused:
             measure_feature(replace(bed("t1", vertices=COLLINEAR), name=name), MODEL)
@@ -222,7 +222,7 @@ def test_a_feature_without_a_figure_is_refused_by_its_name():
     assert strict.verdict.quality == "poor"
 
 
-def test_changed_vertices_are_tried_where_the_model_has_them():
+def test_changed_vertices_are_checked_in_world_coordinates():
     """A trace whose model shrinks it to a point has no plane there, as when it was added."""
     tiny = replace(MODEL, placement=Frame("local", unit_m=1e-300))
     records = {**RECORDS_OF_ALL, "bedding": DEFAULT_TYPES[0], "m1": tiny}
@@ -237,7 +237,7 @@ def test_changed_vertices_are_tried_where_the_model_has_them():
 
 
 # --- from the file to World ------------------------------------------------------------------
-def test_points_and_lengths_come_to_world_with_the_model():
+def test_points_and_lengths_are_transformed_to_world():
     feature = bed("t1")
     assert world_points(feature, None).tolist() == [list(p) for p in ZIGZAG]
     found = world_points(feature, TURNED)
@@ -260,7 +260,7 @@ def test_the_resolution_of_a_feature_is_in_metres(name):
 
 
 @pytest.mark.parametrize("name", ["trace", "patch", "lineation", "dimension"])
-def test_what_cannot_be_measured_keeps_its_place_and_says_why(name):
+def test_unmeasurable_feature_keeps_its_points_and_reports_the_reason(name):
     feature = ONE_OF_EACH[name]
     if name == "patch":
         flat = replace(feature, n=2)
@@ -279,7 +279,7 @@ def test_what_cannot_be_measured_keeps_its_place_and_says_why(name):
     assert found.points[0].tolist() == [1.0, 2.0, 3.0]
 
 
-def test_a_place_without_a_figure_is_all_that_is_said():
+def test_empty_measurement_contains_only_points_and_the_reason():
     points = np.array([[1.0, 2.0, 3.0]])
     found = empty_measurement(points, 0.5, "why", kind="lineation")
     assert (found.resolution_m, found.problem, found.kind) == (0.5, "why", "lineation")
@@ -291,7 +291,7 @@ def test_a_place_without_a_figure_is_all_that_is_said():
 
 
 # --- traces ----------------------------------------------------------------------------------
-def test_traces_of_both_methods_are_fitted_each_by_its_own():
+def test_each_trace_is_fitted_by_its_own_method():
     tilted = tuple((x, y, z + 0.3 * (-1) ** i) for i, (x, y, z) in enumerate(ZIGZAG))
     pca = bed("t1", vertices=tilted)
     regression = replace(pca, id="t2", method="regression")
@@ -313,7 +313,7 @@ def test_traces_of_both_methods_are_fitted_each_by_its_own():
     assert found[0].plane != found[1].plane
 
 
-def test_the_outcrop_face_turns_with_its_model_and_warns_of_a_trace_within_it():
+def test_outcrop_face_rotates_with_its_model_and_warns_of_a_trace_within_it():
     fit = fit_plane(ZIGZAG)
     within = replace(bed("t1"), outcrop_normal=tuple(fit.normal.tolist()))
     found = measure_all({"m1": TURNED}, [within])[0]
@@ -330,7 +330,7 @@ def test_the_outcrop_face_turns_with_its_model_and_warns_of_a_trace_within_it():
 OF_RESOLUTION = {"plane.resolution", "plane.too-small"}
 
 
-def test_a_resolution_that_is_too_coarse_is_a_reason_of_a_trace_and_a_patch():
+def test_too_coarse_resolution_is_a_reason_in_the_verdict():
     for name in ("trace", "patch"):
         coarse = replace(ONE_OF_EACH[name], resolution=1.0)
         found = measure_all(RECORDS_OF_ALL, [coarse])[0]
@@ -340,7 +340,7 @@ def test_a_resolution_that_is_too_coarse_is_a_reason_of_a_trace_and_a_patch():
 
 
 # --- planes with their error -----------------------------------------------------------------
-def test_a_plane_carries_the_error_and_the_roughness_of_its_points():
+def test_plane_has_the_error_and_roughness_of_its_points():
     measured = measure_all({"m1": MODEL}, [bed("t1", vertices=ROUGH)])[0]
     fit = measured.fit
     found = plane_with_error(measured)
@@ -359,7 +359,7 @@ def test_a_plane_carries_the_error_and_the_roughness_of_its_points():
     assert found.degrees_of_freedom == pytest.approx(max(fit.n_effective - 3.0, 1.0))
 
 
-def test_an_error_has_a_degree_of_freedom_at_least():
+def test_error_has_at_least_one_degree_of_freedom():
     measured = measure_all({"m1": MODEL}, [bed("t1", vertices=ROUGH)])[0]
     for n, free in ((None, 1.0), (3.2, 1.0), (4.5, 1.5), (13.0, 10.0)):
         other = replace(measured, fit=replace(measured.fit, n_effective=n))
@@ -371,7 +371,7 @@ def test_an_error_has_a_degree_of_freedom_at_least():
     assert plane_with_error(smooth).roughness == 0.0
 
 
-def test_a_plane_of_unknown_error_says_so_and_a_line_is_no_plane():
+def test_plane_of_unknown_error_has_no_spread_and_a_line_is_not_a_plane():
     reading = Reading("r1", "R", "bedding", "plane", 100.0, 30.0)
     read = measure_all({}, [reading])[0]
     assert plane_with_error(read).normal == pytest.approx(Plane(100.0, 30.0).normal())
@@ -386,7 +386,7 @@ def test_a_plane_of_unknown_error_says_so_and_a_line_is_no_plane():
     assert (at.model("m1"), at.model("t1"), at.model("m2")) == (MODEL, None, None)
 
 
-def test_the_error_of_a_patch_is_the_one_that_patches_are_judged_by():
+def test_patch_error_is_the_one_used_for_its_verdict():
     """Its points are neighbours: the hyperbolic error counts where it is the wider one."""
     many = replace(ONE_OF_EACH["patch"], n=100000, n_effective=100000.0)
     measured = measure_all(RECORDS_OF_ALL, [many])[0]
@@ -398,7 +398,7 @@ def test_the_error_of_a_patch_is_the_one_that_patches_are_judged_by():
 
 
 @pytest.mark.parametrize("better", ["line", "plane"])
-def test_the_wider_error_of_a_line_on_a_plane_lies_where_less_is_known(better):
+def test_wider_error_of_a_line_on_a_plane_is_in_the_less_certain_direction(better):
     """Along the plane a line strays with its own points, across it with the plane."""
     rough_line, rough_plane = (0.001, 0.2) if better == "line" else (0.2, 0.001)
     rng = np.random.default_rng(8)
@@ -426,7 +426,7 @@ def test_the_wider_error_of_a_line_on_a_plane_lies_where_less_is_known(better):
     assert get_kind(line).name == found.kind
 
 
-def test_a_line_of_two_clicks_on_a_plane_has_no_error():
+def test_two_click_line_on_a_plane_has_no_error():
     records = {"m1": MODEL, "t1": bed("t1")}
     line = replace(ONE_OF_EACH["lineation"], vertices=ZIGZAG[:2])
     found = measure_all(records, [line])[0]
@@ -438,7 +438,7 @@ def test_a_line_of_two_clicks_on_a_plane_has_no_error():
     assert free.confidence_axis is None
 
 
-def test_a_line_is_told_of_its_plane_only_where_it_was_given_one():
+def test_missing_plane_is_reported_only_for_a_line_with_a_plane_id():
     line = ONE_OF_EACH["lineation"]
     without = {"m1": MODEL}
     for records, plane_id, gone in (

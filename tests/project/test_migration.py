@@ -104,7 +104,7 @@ def test_the_old_journal_is_copied_once_before_it_is_migrated(specimen: Path) ->
 
 
 @pytest.mark.usefixtures("schema_2")
-def test_a_copy_of_an_earlier_attempt_is_not_replaced(specimen: Path) -> None:
+def test_backup_of_an_earlier_attempt_is_not_replaced(specimen: Path) -> None:
     (specimen / BACKUP).write_bytes(b"of an earlier attempt")
     ProjectFolder.open(specimen).close()
     assert (specimen / BACKUP).read_bytes() == b"of an earlier attempt"
@@ -144,7 +144,7 @@ def test_steps_run_in_order_in_one_transaction(
 
 
 @pytest.mark.parametrize("failure", ["copy", "step", "next step"])
-def test_a_migration_that_fails_leaves_the_old_journal(
+def test_failed_migration_leaves_the_old_journal(
     specimen: Path, monkeypatch: pytest.MonkeyPatch, failure: str
 ) -> None:
     path = specimen / "journal.sqlite"
@@ -182,7 +182,7 @@ def test_a_migration_that_fails_leaves_the_old_journal(
 
 
 @pytest.mark.usefixtures("schema_2")
-def test_a_journal_that_cannot_be_read_is_refused_before_it_is_copied(specimen: Path) -> None:
+def test_unreadable_journal_is_rejected_before_it_is_copied(specimen: Path) -> None:
     path = specimen / "journal.sqlite"
     execute(path, "ALTER TABLE journal RENAME COLUMN settings TO elsewhere")
     content = path.read_bytes()
@@ -242,7 +242,7 @@ def test_a_journal_of_a_newer_schema_is_refused_and_unchanged(
 
 
 @pytest.mark.parametrize("version", [0, -1])
-def test_a_journal_of_no_schema_is_refused(specimen: Path, version: int) -> None:
+def test_journal_without_a_valid_schema_is_rejected(specimen: Path, version: int) -> None:
     path = specimen / "journal.sqlite"
     execute(path, f"PRAGMA user_version = {version}")
     content = path.read_bytes()
@@ -253,7 +253,7 @@ def test_a_journal_of_no_schema_is_refused(specimen: Path, version: int) -> None
 
 @pytest.mark.skipif(sys.platform == "win32", reason="links need rights there")
 @pytest.mark.usefixtures("schema_2")
-def test_the_copy_is_not_written_through_a_link(specimen: Path, tmp_path: Path) -> None:
+def test_backup_is_not_written_through_a_symbolic_link(specimen: Path, tmp_path: Path) -> None:
     elsewhere = tmp_path / "elsewhere"
     (specimen / BACKUP).symlink_to(elsewhere)
     with pytest.raises(TargetError):

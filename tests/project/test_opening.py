@@ -58,7 +58,7 @@ def add_bed(project: ProjectFolder, name: str = "t1") -> None:
 
 
 # --- making and opening --------------------------------------------------------------------------
-def test_a_project_that_was_closed_goes_at_once_with_its_records(project: ProjectFolder) -> None:
+def test_closed_project_is_freed_immediately_with_its_records(project: ProjectFolder) -> None:
     add_bed(project)
     project.close()
     opened = ProjectFolder.open(project.folder)
@@ -74,7 +74,7 @@ def test_a_project_that_was_closed_goes_at_once_with_its_records(project: Projec
         gc.enable()
 
 
-def test_a_project_is_made_with_the_folders_around_it_or_in_one_that_is_there(
+def test_project_is_created_with_its_parent_folders_or_in_an_existing_one(
     tmp_path: Path,
 ) -> None:
     for folder in (tmp_path / "far" / "away" / "a.vom", tmp_path / "far" / "b.vom"):
@@ -87,14 +87,14 @@ def test_a_project_is_made_with_the_folders_around_it_or_in_one_that_is_there(
     assert is_project(tmp_path / "new" / "er" / "c.vom")
 
 
-def test_where_no_folder_can_be_made_that_is_said(tmp_path: Path) -> None:
+def test_folder_that_cannot_be_created_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_bytes(OF_ANOTHER_DAY)
     with refused("folder.not-created", TargetError) as caught:
         ProjectFolder.create(tmp_path / "file" / "a.vom")
     assert "a.vom" in str(caught.value)
 
 
-def test_a_project_that_is_there_is_neither_replaced_nor_locked(project: ProjectFolder) -> None:
+def test_existing_project_is_neither_replaced_nor_locked(project: ProjectFolder) -> None:
     add_bed(project)
     for _ in range(2):
         # Whether it is open in a window or not: another name is what is needed.
@@ -105,7 +105,7 @@ def test_a_project_that_is_there_is_neither_replaced_nor_locked(project: Project
     assert "t1" in read_replay(project.folder).records
 
 
-def test_a_project_is_open_once_and_free_after(project: ProjectFolder) -> None:
+def test_project_can_be_opened_once_and_is_free_after_closing(project: ProjectFolder) -> None:
     assert not is_free(project.folder)
     with refused("project.locked") as caught:
         ProjectFolder.open(project.folder)
@@ -117,7 +117,7 @@ def test_a_project_is_open_once_and_free_after(project: ProjectFolder) -> None:
     assert not is_free(project.folder.parent)
 
 
-def test_a_project_that_could_not_be_opened_is_not_held(project: ProjectFolder) -> None:
+def test_project_that_failed_to_open_is_not_locked(project: ProjectFolder) -> None:
     """Once it is restored from a copy it opens, without the program being started anew."""
     project.close()
     path = project.folder / "journal.sqlite"
@@ -130,7 +130,7 @@ def test_a_project_that_could_not_be_opened_is_not_held(project: ProjectFolder) 
     ProjectFolder.open(project.folder).close()
 
 
-def test_a_project_that_could_not_be_made_is_not_held(
+def test_project_that_failed_to_be_created_is_not_locked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*_: object, **__: object) -> None:
@@ -145,14 +145,14 @@ def test_a_project_that_could_not_be_made_is_not_held(
     ProjectFolder.create(tmp_path / "a.vom").close()
 
 
-def test_a_damaged_lock_shuts_nobody_out(project: ProjectFolder) -> None:
+def test_damaged_lock_does_not_prevent_opening(project: ProjectFolder) -> None:
     project.close()
     (project.folder / "lock").write_bytes(OF_ANOTHER_DAY * 100)
     assert is_free(project.folder)
     ProjectFolder.open(project.folder).close()
 
 
-def test_a_folder_that_cannot_be_locked_is_not_said_to_be_free(project: ProjectFolder) -> None:
+def test_folder_that_cannot_be_locked_is_not_reported_as_free(project: ProjectFolder) -> None:
     project.close()
     (project.folder / "lock").unlink()
     (project.folder / "lock").mkdir()
@@ -161,7 +161,7 @@ def test_a_folder_that_cannot_be_locked_is_not_said_to_be_free(project: ProjectF
         ProjectFolder.open(project.folder)
 
 
-def test_a_project_is_named_by_its_folder_or_a_file_in_it(tmp_path: Path) -> None:
+def test_project_is_identified_by_its_folder_or_a_file_in_it(tmp_path: Path) -> None:
     ProjectFolder.create(tmp_path / "a.vom").close()
     ProjectFolder.create(tmp_path / "plain").close()
     (tmp_path / "a.vom" / "notes.txt").write_text("x")
@@ -181,9 +181,7 @@ def test_a_project_is_named_by_its_folder_or_a_file_in_it(tmp_path: Path) -> Non
         project_folder(tmp_path / "none.vom")
 
 
-def test_a_project_knows_its_name_and_where_it_keeps_what_may_be_deleted(
-    project: ProjectFolder, is_untitled: Path
-) -> None:
+def test_project_has_a_name_and_a_cache_folder(project: ProjectFolder, is_untitled: Path) -> None:
     assert (project.name, project.is_untitled) == ("a", False)
     assert project.cache == project.folder / "cache"
     project.close()
@@ -193,7 +191,7 @@ def test_a_project_knows_its_name_and_where_it_keeps_what_may_be_deleted(
     nameless.close()
 
 
-def test_settings_are_written_beside_edits_after_opening_and_saving_as(tmp_path: Path) -> None:
+def test_settings_are_stored_with_edits_after_opening_and_saving_as(tmp_path: Path) -> None:
     told: dict[str, Any] = {"n": 1}
     ProjectFolder.create(tmp_path / "a.vom", settings=lambda: told).close()
     assert read_replay(tmp_path / "a.vom").settings == {"n": 1}
@@ -209,7 +207,7 @@ def test_settings_are_written_beside_edits_after_opening_and_saving_as(tmp_path:
 
 
 # --- models --------------------------------------------------------------------------------------
-def test_paths_of_models_go_with_the_folder_where_they_are_in_it(
+def test_model_paths_inside_the_project_are_relative(
     project: ProjectFolder, tmp_path: Path
 ) -> None:
     inside, outside = project.folder / "models" / "a" / "a.obj", tmp_path / "b.obj"
@@ -219,7 +217,7 @@ def test_paths_of_models_go_with_the_folder_where_they_are_in_it(
     project.close()
 
 
-def test_a_model_is_looked_for_where_it_was_and_then_in_and_beside_the_project(
+def test_model_is_searched_at_its_path_then_in_and_beside_the_project(
     project: ProjectFolder, tmp_path: Path
 ) -> None:
     """Whoever moves a project together with its models finds them, and never another's first."""
@@ -248,7 +246,7 @@ def test_a_model_is_looked_for_where_it_was_and_then_in_and_beside_the_project(
 
 
 # --- saving under another name -------------------------------------------------------------------
-def test_what_lies_in_the_project_goes_along_and_what_can_be_made_again_stays(
+def test_saving_as_copies_project_files_but_not_the_cache(
     project: ProjectFolder, tmp_path: Path
 ) -> None:
     along = ["models/a/a.obj", "photos/cliff-1/marks.csv", "assets/0.png"]
@@ -272,7 +270,7 @@ def test_what_lies_in_the_project_goes_along_and_what_can_be_made_again_stays(
     assert is_free(new)
 
 
-def test_an_empty_folder_is_saved_to_and_what_an_earlier_try_left_is_no_hindrance(
+def test_saving_as_accepts_an_empty_folder_and_a_failed_earlier_attempt(
     project: ProjectFolder, tmp_path: Path
 ) -> None:
     (tmp_path / "b.vom").mkdir()
@@ -284,7 +282,7 @@ def test_an_empty_folder_is_saved_to_and_what_an_earlier_try_left_is_no_hindranc
     project.close()
 
 
-def test_a_file_is_not_saved_over(project: ProjectFolder, tmp_path: Path) -> None:
+def test_saving_as_does_not_replace_a_file(project: ProjectFolder, tmp_path: Path) -> None:
     (tmp_path / "b.vom").write_bytes(OF_ANOTHER_DAY)
     with refused("output.exists", TargetError):
         project.save_as(tmp_path / "b.vom")
@@ -292,7 +290,7 @@ def test_a_file_is_not_saved_over(project: ProjectFolder, tmp_path: Path) -> Non
     project.close()
 
 
-def test_where_no_folder_can_be_made_to_save_to_that_is_said(
+def test_save_target_that_cannot_be_created_is_reported(
     project: ProjectFolder, tmp_path: Path
 ) -> None:
     (tmp_path / "file").write_bytes(OF_ANOTHER_DAY)
@@ -306,7 +304,7 @@ def test_where_no_folder_can_be_made_to_save_to_that_is_said(
 @pytest.mark.parametrize(
     "failure", [OSError(28, "No space left"), TargetError(Finding("disk.full"))]
 )
-def test_a_saving_that_fails_leaves_nothing_and_work_goes_on_where_it_was(
+def test_failed_saving_leaves_no_files_and_work_continues_in_the_old_project(
     project: ProjectFolder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failure: Exception
 ) -> None:
     def full(*_: object, **__: object) -> None:
@@ -329,7 +327,7 @@ def test_a_saving_that_fails_leaves_nothing_and_work_goes_on_where_it_was(
     assert "t1" in read_replay(tmp_path / "a.vom").records
 
 
-def test_the_project_left_behind_is_not_written_to_where_it_was_saved(
+def test_saved_old_project_is_not_written_to_by_saving_as(
     project: ProjectFolder, tmp_path: Path
 ) -> None:
     add_bed(project)
@@ -342,7 +340,7 @@ def test_the_project_left_behind_is_not_written_to_where_it_was_saved(
     left.close()
 
 
-def test_unsaved_work_goes_to_the_new_name_and_can_be_brought_back_under_the_old_one(
+def test_saving_as_moves_unsaved_work_and_keeps_it_undoable_in_the_old_project(
     project: ProjectFolder, tmp_path: Path
 ) -> None:
     project.session.save()
@@ -356,7 +354,7 @@ def test_unsaved_work_goes_to_the_new_name_and_can_be_brought_back_under_the_old
     assert left.top == left.saved_top
 
 
-def test_an_untitled_project_that_gets_a_name_keeps_its_unsaved_work(
+def test_untitled_project_keeps_its_unsaved_work_when_named(
     is_untitled: Path, tmp_path: Path
 ) -> None:
     project = create_untitled()
@@ -372,7 +370,7 @@ def test_an_untitled_project_that_gets_a_name_keeps_its_unsaved_work(
     project.close()
 
 
-def test_small_files_of_a_reconstruction_are_never_shared_and_large_ones_may_be(
+def test_small_reconstruction_files_are_never_hard_linked_but_large_ones_may_be(
     project: ProjectFolder, tmp_path: Path
 ) -> None:
     """A line that a later run adds to its log must not appear in the project left behind."""
@@ -389,7 +387,7 @@ def test_small_files_of_a_reconstruction_are_never_shared_and_large_ones_may_be(
     project.close()
 
 
-def test_where_files_cannot_be_shared_they_are_copied(
+def test_files_are_copied_if_hard_links_are_not_supported(
     project: ProjectFolder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_: object) -> None:
@@ -406,11 +404,11 @@ def test_where_files_cannot_be_shared_they_are_copied(
 
 
 # --- projects without a name ---------------------------------------------------------------------
-def test_projects_without_a_name_live_in_the_user_s_state(own_folders: Path) -> None:
+def test_untitled_projects_are_in_the_state_folder_of_the_user(own_folders: Path) -> None:
     assert untitled_folder() == own_folders / "xdg_state_home" / "vomstudio" / "untitled"
 
 
-def test_two_projects_of_the_same_second_are_two(
+def test_projects_created_in_the_same_second_have_different_names(
     is_untitled: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(folders.time, "strftime", lambda _: "20260203-101112")
@@ -427,7 +425,7 @@ def test_two_projects_of_the_same_second_are_two(
 
 
 @pytest.mark.parametrize("held", ["nothing", "a model", "a feature", "an undone feature", "clicks"])
-def test_an_untitled_project_is_kept_where_anything_was_measured_in_it(
+def test_untitled_project_is_kept_if_anything_was_measured_in_it(
     is_untitled: Path, held: str
 ) -> None:
     project = create_untitled()
@@ -447,7 +445,7 @@ def test_an_untitled_project_is_kept_where_anything_was_measured_in_it(
 
 
 @pytest.mark.parametrize("way", ["closing", "saving as", "a saving that fails", "moving"])
-def test_what_cannot_be_cleared_away_is_no_reason_to_fail(
+def test_files_that_cannot_be_removed_cause_no_failure(
     is_untitled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: str
 ) -> None:
     """Another program may have a file open in a folder that is not needed any more."""
@@ -486,20 +484,20 @@ def test_what_cannot_be_cleared_away_is_no_reason_to_fail(
         project.close()
 
 
-def test_a_folder_that_somebody_removed_is_closed_all_the_same(is_untitled: Path) -> None:
+def test_project_with_a_removed_folder_can_be_closed(is_untitled: Path) -> None:
     project = create_untitled()
     shutil.rmtree(project.folder)
     project.close()
     assert not project.folder.exists()
 
 
-def test_the_cache_of_a_project_with_a_name_stays(project: ProjectFolder) -> None:
+def test_cache_of_a_named_project_is_kept(project: ProjectFolder) -> None:
     project.cache.mkdir()
     project.close()
     assert project.cache.exists()
 
 
-def test_what_a_crash_left_is_offered_the_newest_first_and_nothing_is_hidden(
+def test_projects_left_by_a_crash_are_offered_newest_first(
     is_untitled: Path,
 ) -> None:
     """Left behind: open work, an open trace, and what cannot even be read. Finished: discarded."""
@@ -527,7 +525,7 @@ def test_what_a_crash_left_is_offered_the_newest_first_and_nothing_is_hidden(
     made["held"].close()
 
 
-def test_a_project_that_goes_away_while_it_is_looked_at_is_no_error(
+def test_project_that_disappears_while_listing_causes_no_error(
     is_untitled: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("a", "b"):

@@ -62,7 +62,7 @@ def marks(records: Records, set_id: str = "s1") -> dict[tuple[str, str], ImageMa
     return {(p.label, m.photo): m for p, m in photo_edits.marks_of(records, set_id)}
 
 
-def test_photos_come_with_their_points_marks_and_masks(there: Records) -> None:
+def test_photo_set_is_added_with_its_points_marks_and_masks(there: Records) -> None:
     a, b = point(there, "A"), point(there, "B")
     assert a == MarkedPoint(a.id, "s1", "A", (1.0, 2.0, 3.0), 0.01, False)
     assert b == MarkedPoint(b.id, "s1", "B", (4.0, 5.0, 6.0), None, True)
@@ -89,7 +89,7 @@ EDITS: tuple[Callable[[Records], Edit], ...] = (
 )
 
 
-def test_labels_name_the_edits(there: Records) -> None:
+def test_edit_labels_describe_the_edits(there: Records) -> None:
     assert [make(there).label for make in EDITS] == [
         "Add the photos cliff photos",
         "Use files next to the photos cliff photos",
@@ -98,12 +98,12 @@ def test_labels_name_the_edits(there: Records) -> None:
     ]
 
 
-def test_no_photos_come_under_an_id_that_exists(there: Records) -> None:
+def test_photo_set_with_existing_id_is_rejected(there: Records) -> None:
     with refused("record.exists", DocumentError, name="cliff photos"):
         photo_edits.add_photo_set(there, SET)
 
 
-def test_a_mark_of_no_known_point_makes_a_tie_point(there: Records) -> None:
+def test_mark_of_unknown_point_creates_tie_point(there: Records) -> None:
     edit = photo_edits.set_points(
         there, "s1", [A, B], {**MARKS, ("T", "1.jpg"): (5.0, 6.0)}, "Mark T"
     )
@@ -115,7 +115,7 @@ def test_a_mark_of_no_known_point_makes_a_tie_point(there: Records) -> None:
     assert len(edit.after) == 2
 
 
-def test_what_is_as_it_was_is_not_touched(there: Records) -> None:
+def test_edit_contains_changed_records_only(there: Records) -> None:
     assert photo_edits.set_points(there, "s1", [A, B], MARKS, "x").after == {}
     moved = replace(A, position=(1.0, 2.0, 3.5))
     edit = photo_edits.set_points(there, "s1", [moved, B], MARKS, "x")
@@ -131,7 +131,7 @@ def test_what_is_as_it_was_is_not_touched(there: Records) -> None:
     assert photo_edits.set_points(there, "s1", [A, B], MARKS, "x", crs=SET.crs).after == {}
 
 
-def test_points_and_marks_that_are_gone_are_taken_out_and_no_others(there: Records) -> None:
+def test_only_missing_points_and_marks_are_deleted(there: Records) -> None:
     fewer = {key: at for key, at in MARKS.items() if key[0] == "A"}
     edit = photo_edits.set_points(there, "s1", [A], fewer, "x")
     gone = {point(there, "B").id, marks(there)["B", "1.jpg"].id}
@@ -143,7 +143,7 @@ def test_points_and_marks_that_are_gone_are_taken_out_and_no_others(there: Recor
     assert edit.after == {marks(there)["A", "1.jpg"].id: None}
 
 
-def test_a_point_with_another_label_is_the_same_point(there: Records) -> None:
+def test_renamed_point_keeps_its_id(there: Records) -> None:
     renamed = {("Z" if label == "A" else label, photo): at for (label, photo), at in MARKS.items()}
     edit = photo_edits.set_points(there, "s1", [replace(A, label="Z"), B], renamed, "x")
     assert edit.after == {point(there, "A").id: replace(point(there, "A"), label="Z")}
@@ -160,7 +160,7 @@ def test_a_point_with_another_label_is_the_same_point(there: Records) -> None:
     assert not {p.id for p in photo_edits.points_of(after, "s1")} & set(there)
 
 
-def test_masks_are_given_changed_and_taken_away(there: Records) -> None:
+def test_masks_are_added_changed_and_removed(there: Records) -> None:
     (old,) = photo_edits.get_masks(there, "s1").values()
     edit = photo_edits.set_masks(there, "s1", {"1.jpg": FINER, "2.jpg": FILE, "3.jpg": None}, "x")
     assert edit.after[old.id] == replace(old, file=FINER)
@@ -171,7 +171,7 @@ def test_masks_are_given_changed_and_taken_away(there: Records) -> None:
     assert photo_edits.set_masks(there, "s1", {"1.jpg": None}, "x").after == {old.id: None}
 
 
-def test_what_lies_beside_the_photos_is_taken_in_in_place_of_what_is_here(there: Records) -> None:
+def test_sidecar_data_replaces_points_marks_and_masks(there: Records) -> None:
     edit = photo_edits.import_sidecar_data(there, "s1", [A], {}, {"1.jpg": None}, "EPSG:25833")
     after = done(there, edit)
     assert after["s1"] == replace(SET, crs="EPSG:25833")
@@ -182,7 +182,7 @@ def test_what_lies_beside_the_photos_is_taken_in_in_place_of_what_is_here(there:
     assert done(there, kept)["s1"] == SET
 
 
-def test_photos_that_are_not_there_are_refused(there: Records) -> None:
+def test_unknown_photo_set_is_rejected(there: Records) -> None:
     for call in (
         lambda: photo_edits.import_sidecar_data(there, "s9", [], {}, {}),
         lambda: photo_edits.set_points(there, "s9", [], {}, "x"),
@@ -196,7 +196,7 @@ def test_photos_that_are_not_there_are_refused(there: Records) -> None:
     assert place.after == {"s1": replace(SET, path="there")}
 
 
-def test_a_run_takes_the_place_of_an_earlier_one_in_its_folder(there: Records) -> None:
+def test_reconstruction_replaces_the_earlier_one_in_the_same_folder(there: Records) -> None:
     first = ReconstructionRecord("k1", "s1", "cliff", "cliff", "low", "0" * 64)
     beside = replace(first, id="k2", name="wall", folder="wall")
     by = Registration("g1", "GPS", "gps", reconstruction_id="k1")

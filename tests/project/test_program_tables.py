@@ -53,7 +53,7 @@ def test_a_column_groups_the_points_of_traces(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("delimiter", ["\t", " ", ";"])
-def test_a_table_without_header_has_its_traces_in_the_fourth_column(
+def test_table_without_header_has_trace_names_in_fourth_column(
     tmp_path: Path, delimiter: str
 ) -> None:
     path = tmp_path / "sticks.txt"
@@ -65,7 +65,7 @@ def test_a_table_without_header_has_its_traces_in_the_fourth_column(
     assert [feature.name for feature in found.features] == ["", ""]
 
 
-def test_blank_lines_separate_the_objects_of_move(tmp_path: Path) -> None:
+def test_blank_lines_separate_objects_in_move_tables(tmp_path: Path) -> None:
     """As described in Move2FracPaq.m (github.com/DaveHealy-github/FracPaQ): columns X, Y and Z
     separated by tabs, and "Insert line break between objects"."""
     path = tmp_path / "horizon.dat"
@@ -76,14 +76,14 @@ def test_blank_lines_separate_the_objects_of_move(tmp_path: Path) -> None:
     assert np.array(second.vertices) == pytest.approx(POINTS + 2.0, abs=1e-3)
 
 
-def test_points_that_are_not_grouped_are_refused(tmp_path: Path) -> None:
+def test_ungrouped_points_are_rejected(tmp_path: Path) -> None:
     path = tmp_path / "cloud.txt"
     path.write_text(rows(POINTS, delimiter=" "))
     with refused("import.no-trace-column"):
         read(path)
 
 
-def test_the_crs_of_a_table_is_converted(tmp_path: Path) -> None:
+def test_coordinates_are_converted_from_the_crs_of_the_table(tmp_path: Path) -> None:
     from pyproj import Transformer
 
     other = Transformer.from_crs("EPSG:32633", "EPSG:32632", always_xy=True)
@@ -95,7 +95,7 @@ def test_the_crs_of_a_table_is_converted(tmp_path: Path) -> None:
     assert np.array(found.features[0].vertices) == pytest.approx(POINTS, abs=2e-3)
 
 
-def test_traces_of_fracpaq_have_no_heights(tmp_path: Path) -> None:
+def test_fracpaq_traces_without_heights_are_rejected(tmp_path: Path) -> None:
     """Rows x1 y1 x2 y2 ... with tabs, as readTraces.m of FracPaQ reads them."""
     path = tmp_path / "traces.txt"
     path.write_text("1.0\t2.0\t3.0\t4.5\n1.0\t2.0\t3.0\t4.0\t5.0\t7.0\n")
@@ -119,7 +119,7 @@ def segments(points: np.ndarray, name: str, number: int) -> str:
     )
 
 
-def test_traces_of_compass_are_joined_from_their_segments(tmp_path: Path) -> None:
+def test_compass_traces_are_joined_from_segments(tmp_path: Path) -> None:
     path = tmp_path / "c_traces.csv"
     broken = segments(POINTS, "cliff.Dykes.Trace", 9).splitlines(keepends=True)
     path.write_text(
@@ -139,7 +139,7 @@ def test_traces_of_compass_are_joined_from_their_segments(tmp_path: Path) -> Non
     ]
 
 
-def test_planes_of_compass_keep_their_orientation_and_global_position(tmp_path: Path) -> None:
+def test_compass_planes_keep_orientation_and_global_position(tmp_path: Path) -> None:
     """A plane of another tool has no length, and its radius and RMS are unknown."""
     path = tmp_path / "c_planes.csv"
     local = "1.5,2.5,3.5,0.0,0.5,0.866"
@@ -161,7 +161,7 @@ def test_planes_of_compass_keep_their_orientation_and_global_position(tmp_path: 
     ]
 
 
-def test_lineations_of_compass_are_lines_and_thicknesses_are_left_out(tmp_path: Path) -> None:
+def test_compass_lineations_become_lines_and_thicknesses_are_skipped(tmp_path: Path) -> None:
     path = tmp_path / "c_lineations.csv"
     ends = ",".join(f"{value:.6f}" for value in (*POINTS[0], *POINTS[4]))
     path.write_text(LINES_HEADER + f"cliff.4.5 on 26->073,{ends},73.3,26.0,4.5\n")
@@ -216,7 +216,7 @@ def cloud(x: float = -ORIGIN[0]) -> str:
     )
 
 
-def test_the_tree_of_compass_becomes_traces_planes_and_lines(tmp_path: Path) -> None:
+def test_compass_tree_becomes_traces_planes_and_lines(tmp_path: Path) -> None:
     path = tmp_path / "compass.xml"
     path.write_text(compass_xml(*own_plane(), cloud()))
     found = read(path)
@@ -307,7 +307,7 @@ PRO3D_COLUMNS = (
 )
 
 
-def test_annotations_of_pro3d_become_traces(tmp_path: Path) -> None:
+def test_pro3d_annotations_become_traces(tmp_path: Path) -> None:
     path = tmp_path / "attitude.json"
     centre = POINTS.mean(axis=0)
     azimuth, dip = own_plane()
@@ -337,7 +337,7 @@ def test_annotations_of_pro3d_become_traces(tmp_path: Path) -> None:
     assert found.warnings == ()
 
 
-def test_the_table_of_pro3d_has_planes_at_the_centres_of_annotations(tmp_path: Path) -> None:
+def test_pro3d_table_rows_become_planes_at_annotation_centres(tmp_path: Path) -> None:
     path = tmp_path / "annotations.csv"
     cells = dict.fromkeys(PRO3D_COLUMNS, "0")
     cells |= {"key": "c99be640", "geometry": "DnS", "text": "bed 3", "groupName": "bedding"}
@@ -357,7 +357,7 @@ def test_the_table_of_pro3d_has_planes_at_the_centres_of_annotations(tmp_path: P
     assert [(n, reason.code) for n, reason in found.skipped] == [("edge", "import.no-orientation")]
 
 
-def test_the_geometries_of_pro3d_become_traces(tmp_path: Path) -> None:
+def test_pro3d_geometries_become_traces(tmp_path: Path) -> None:
     """A collection of geometries without attributes; polylines are MultiLineStrings."""
     from pyproj import Transformer
 

@@ -35,7 +35,7 @@ def reconstruct(folder: Path, size: int = 3_000_000) -> Path:
     return out
 
 
-def test_an_untitled_project_that_is_saved_takes_its_reconstruction_along(untitled, tmp_path):
+def test_saving_untitled_project_moves_its_reconstruction(untitled, tmp_path):
     old = reconstruct(untitled.folder)
     left = untitled.folder
     untitled.save_as(tmp_path / "a.vom")
@@ -50,7 +50,7 @@ def test_an_untitled_project_that_is_saved_takes_its_reconstruction_along(untitl
     assert out.is_dir()
 
 
-def test_on_another_disk_it_is_copied(untitled, tmp_path, monkeypatch):
+def test_reconstruction_is_copied_to_another_disk(untitled, tmp_path, monkeypatch):
     monkeypatch.setattr(projects, "_is_same_disk", lambda *_: False)
     reconstruct(untitled.folder)
     untitled.save_as(tmp_path / "a.vom")
@@ -62,7 +62,7 @@ def test_on_another_disk_it_is_copied(untitled, tmp_path, monkeypatch):
     untitled.close()
 
 
-def test_a_project_saved_under_another_name_leaves_its_own_behind(tmp_path):
+def test_saving_under_another_name_keeps_the_original_reconstruction(tmp_path):
     project = ProjectFolder.create(tmp_path / "a.vom")
     old = reconstruct(tmp_path / "a.vom")
     project.save_as(tmp_path / "b.vom")
@@ -78,7 +78,7 @@ def test_a_project_saved_under_another_name_leaves_its_own_behind(tmp_path):
     project.close()
 
 
-def test_hours_of_work_are_not_thrown_away_with_an_untitled_project(untitled):
+def test_closing_untitled_project_keeps_a_finished_reconstruction(untitled):
     folder = untitled.folder
     reconstruct(folder)
     assert untitled.has_reconstructions
@@ -86,7 +86,7 @@ def test_hours_of_work_are_not_thrown_away_with_an_untitled_project(untitled):
     assert (folder / RECONSTRUCTIONS / "cliff-medium" / "model.obj").exists()
 
 
-def test_a_run_that_finished_nothing_is_not_worth_keeping(untitled):
+def test_unfinished_run_is_deleted_with_untitled_project(untitled):
     folder = untitled.folder
     (folder / RECONSTRUCTIONS / "cliff-medium" / "work" / "alignment-1.part").mkdir(parents=True)
     assert not untitled.has_reconstructions
@@ -94,7 +94,7 @@ def test_a_run_that_finished_nothing_is_not_worth_keeping(untitled):
     assert not folder.exists()
 
 
-def test_names_that_look_like_a_lock_are_copied_too(untitled, tmp_path, monkeypatch):
+def test_files_with_lock_in_their_name_are_copied(untitled, tmp_path, monkeypatch):
     monkeypatch.setattr(projects, "_is_same_disk", lambda *_: False)
     old = reconstruct(untitled.folder)
     (old / "work" / "straight-5e6f").mkdir()
@@ -108,7 +108,7 @@ def test_names_that_look_like_a_lock_are_copied_too(untitled, tmp_path, monkeypa
     untitled.close()
 
 
-def test_where_a_disk_refuses_to_move_it_is_copied(untitled, tmp_path, monkeypatch):
+def test_reconstruction_is_copied_if_the_move_fails(untitled, tmp_path, monkeypatch):
     left = reconstruct(untitled.folder)
     rename = Path.rename
 
@@ -125,7 +125,7 @@ def test_where_a_disk_refuses_to_move_it_is_copied(untitled, tmp_path, monkeypat
     untitled.close()
 
 
-def test_what_can_be_neither_moved_nor_copied_stays_where_it_is(untitled, tmp_path, monkeypatch):
+def test_reconstruction_stays_in_place_if_move_and_copy_fail(untitled, tmp_path, monkeypatch):
     left = reconstruct(untitled.folder)
 
     def refuse(*_, **__):
@@ -143,7 +143,7 @@ def test_what_can_be_neither_moved_nor_copied_stays_where_it_is(untitled, tmp_pa
     untitled.close()
 
 
-def test_a_finished_model_is_kept_though_its_work_was_removed(untitled):
+def test_finished_model_is_kept_without_its_work_folder(untitled):
     out = reconstruct(untitled.folder)
     shutil.rmtree(out / "work")
     (out / "cameras.json").write_text("{}")
@@ -158,13 +158,13 @@ def marked(folder: Path) -> Path:
     return table
 
 
-def test_marks_of_photos_in_a_folder_that_cannot_be_written_are_not_thrown_away(untitled):
+def test_closing_untitled_project_keeps_marks_of_read_only_photos(untitled):
     table = marked(untitled.folder)
     untitled.close()
     assert table.is_file()
 
 
-def test_marks_kept_in_the_project_go_where_it_goes(untitled, tmp_path):
+def test_marks_in_the_project_folder_follow_save_as(untitled, tmp_path):
     table = marked(untitled.folder)
     untitled.save_as(tmp_path / "a.vom")
     moved = tmp_path / "a.vom" / PHOTO_TABLES / table.parent.name / table.name

@@ -66,13 +66,13 @@ def comparison_text(*more):
         ((0.0, 45.0), (90.0, 45.0), 60.0),  # acos(cos2 45 + sin2 45 cos 90)
     ],
 )
-def test_the_angle_is_that_between_the_planes_whichever_way_they_face(first, second, angle):
+def test_angle_between_planes_ignores_normal_direction(first, second, angle):
     found = comparison_text(trace("a", *first), reading(*second))
     assert found.angle_deg == pytest.approx(angle, abs=1e-6)
     assert found.distance_m is None
 
 
-def test_with_a_position_the_nearest_in_space_is_taken_not_the_most_alike():
+def test_reading_with_position_is_matched_to_the_nearest_pick_in_space():
     near, alike = trace("near", 90, 30, (0, 0, 0)), trace("alike", 90, 50, (100, 0, 0))
     found = comparison_text(near, alike, reading(90, 50, near.vertices[0]))
     assert (found.pick_id, found.distance_m) == ("near", 0.0)
@@ -89,12 +89,12 @@ def test_the_distance_is_to_the_nearest_point_in_world_metres():
     assert found.distance_m == pytest.approx(5.0, abs=2e-3)
 
 
-def test_only_picks_of_the_same_type_and_kind_count():
+def test_only_picks_of_the_same_type_and_geometry_are_compared():
     assert comparison_text(trace("a", 90, 30, type_id="fault"), reading(90, 30)) is None
     assert comparison_text(trace("a", 90, 30), reading(90, 30, geometry="line")) is None
 
 
-def test_a_pick_without_north_has_no_direction_to_compare():
+def test_pick_without_north_is_not_compared():
     own = records(trace("a", 90, 30), reading(90, 30))
     own["m"] = replace(MODEL, placement=Frame("undeclared"))
     assert nearest_picks(own, Measurements()) == {}
@@ -109,7 +109,7 @@ def test_lines_are_compared_with_lineations():
     ).angle_deg == (pytest.approx(10.0))
 
 
-def test_a_patch_is_as_near_as_its_outline():
+def test_distance_to_a_patch_is_measured_to_its_outline():
     square = ((0.0, 0.0, 0.0), (10.0, 0.0, 0.0), (10.0, 10.0, 0.0), (0.0, 10.0, 0.0))
     scatter = ((8.0, 0.0, 0.0), (0.0, 8.0, 0.0), (0.0, 0.0, 0.01))
     patch = Patch(
@@ -131,7 +131,7 @@ def test_a_patch_is_as_near_as_its_outline():
     assert found.angle_deg == pytest.approx(0.0, abs=1e-6)
 
 
-def test_the_summary_tells_the_median_and_what_has_no_counterpart():
+def test_summary_reports_median_angle_and_unmatched_readings():
     own = records(trace("a", 90, 30))
     readings = [replace(reading(90, 30 + d), id=f"r{d}") for d in (2, 6, 20)]
     readings.append(replace(reading(90, 30, type_id="fault"), id="f"))
@@ -150,7 +150,7 @@ def _compared(finding: Finding) -> tuple[int, int, float]:
 
 
 # --- edits -----------------------------------------------------------------------------------
-def test_readings_and_their_new_types_are_one_edit():
+def test_readings_and_their_new_types_are_added_in_one_edit():
     dyke = FeatureType("d", "Dyke", "#332288")
     own = [replace(reading(10, 20), id="r1", name=""), replace(reading(1, 2), id="r2", name="")]
     own.append(replace(reading(1, 2, type_id="d"), id="r3", name="K"))
@@ -163,7 +163,7 @@ def test_readings_and_their_new_types_are_one_edit():
     assert changed == records()
 
 
-def test_a_type_that_is_there_already_is_refused():
+def test_existing_type_name_is_rejected():
     with refused("name.taken", DocumentError):
         edits.add_readings(records(), [reading(1, 2)], [FeatureType("x", "bedding", "#000000")])
     with pytest.raises(DocumentError):
@@ -179,7 +179,7 @@ def test_a_suggested_type_has_a_colour_of_its_own():
 
 
 # --- which pick ------------------------------------------------------------------------------
-def test_each_reading_finds_the_pick_that_it_stands_on():
+def test_each_reading_is_matched_to_the_pick_at_its_position():
     """Among picks of many points and few, whichever came first."""
     picks = [trace(f"t{k}", 40.0 * k, 30.0, at=(100.0 * k, 0.0, 0.0)) for k in range(4)]
     picks[2] = replace(picks[2], vertices=(*picks[2].vertices, *picks[2].vertices[:3]))
@@ -198,14 +198,14 @@ def test_each_reading_finds_the_pick_that_it_stands_on():
         assert pick.distance_m == pytest.approx(np.linalg.norm(away, axis=1).min())
 
 
-def test_without_a_place_the_most_alike_is_taken_whichever_way_its_normal_points():
+def test_reading_without_position_is_matched_to_the_most_similar_pick():
     own = (trace("a", 90, 30), trace("b", 270, 85), trace("c", 0, 60))
     assert comparison_text(*own, reading(90, 85)).pick_id == "b"
     assert comparison_text(*own, reading(90, 30)).pick_id == "a"
     assert comparison_text(*own, reading(10, 50)).pick_id == "c"
 
 
-def test_readings_of_several_types_are_each_compared_with_their_own():
+def test_readings_are_compared_with_picks_of_their_own_type():
     own = records(trace("a", 90, 30), trace("f", 90, 80, type_id="fault"))
     own |= {
         "r1": replace(reading(90, 33), id="r1"),
@@ -219,7 +219,7 @@ def test_readings_of_several_types_are_each_compared_with_their_own():
     }
 
 
-def test_what_is_no_sound_pick_is_no_counterpart():
+def test_invalid_picks_are_not_matched():
     line = tuple((float(i), 2.0 * i, 3.0 * i) for i in range(5))
     straight = replace(trace("a", 90, 30), vertices=line)
     assert comparison_text(straight, reading(90, 30)) is None
@@ -236,7 +236,7 @@ def test_what_is_no_sound_pick_is_no_counterpart():
     assert nearest_picks(records(trace("a", 90, 30)), Measurements()) == {}
 
 
-def test_the_summary_counts_in_words():
+def test_summary_counts_compared_readings():
     def pick(angle: float) -> NearestPick:
         return NearestPick("a", "B01", angle, None)
 

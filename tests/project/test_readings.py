@@ -55,7 +55,7 @@ def angles(understood) -> list[tuple[float, float]]:
 
 
 # --- notations -------------------------------------------------------------------------------
-def test_strikes_become_the_dip_directions_that_mplstereonet_gives(tmp_path, mplstereonet):
+def test_strikes_are_converted_to_dip_directions_as_in_mplstereonet(tmp_path, mplstereonet):
     strikes = [(strike, dip) for strike in (0, 42, 180, 275, 359) for dip in (5, 41, 90)]
     rows = "\n".join(f"{s},{d}" for s, d in strikes)
     ours = angles(read(tmp_path, f"strike,dip\n{rows}\n"))
@@ -79,7 +79,7 @@ def test_quadrant_texts_are_read_as_mplstereonet_reads_them(tmp_path, mplstereon
 
 
 @pytest.mark.parametrize("notation", NOTATIONS)
-def test_what_the_program_prints_it_reads_back(tmp_path, notation):
+def test_printed_orientations_are_read_back(tmp_path, notation):
     text = "\n".join(format_plane(Plane(*p), notation) for p in PLANES)
     understood = read(
         tmp_path,
@@ -99,7 +99,7 @@ def test_lines_of_bare_text_need_no_header(tmp_path):
     assert angles(understood) == [(132.0, 41.0), (12.0, 5.0)]
 
 
-def test_the_table_that_the_program_exports_comes_back(tmp_path):
+def test_exported_orientation_table_is_read_back(tmp_path):
     rows = [
         orientation_row(
             Plane(*p),
@@ -127,7 +127,7 @@ def test_the_table_that_the_program_exports_comes_back(tmp_path):
     assert {r.position for r in understood.rows} == {(1.0, 2.0, 3.0)}
 
 
-def test_lines_among_planes_are_told_by_their_columns(tmp_path):
+def test_lines_and_planes_are_distinguished_by_their_columns(tmp_path):
     understood = read(
         tmp_path, "name,dip direction,dip,trend,plunge\nB1,132,41,,\nL1,,,100,20\nL2,,,10,-30\n"
     )
@@ -140,14 +140,14 @@ def test_lines_among_planes_are_told_by_their_columns(tmp_path):
     assert (finding.code, finding.values["rows"]) == ("reading.upward", (4,))
 
 
-def test_decimal_commas_are_read_between_semicolons(tmp_path):
+def test_decimal_commas_are_read_in_semicolon_separated_tables(tmp_path):
     understood = read(tmp_path, "dip direction;dip;x;y;z\n132,5;41,5;1,5;2,5;3\n")
     assert angles(understood) == [(132.5, 41.5)]
     assert understood.rows[0].position == (1.5, 2.5, 3.0)
 
 
 # --- what only the user can say --------------------------------------------------------------
-def test_a_bare_azimuth_is_not_taken_for_either(tmp_path):
+def test_ambiguous_azimuth_requires_a_notation(tmp_path):
     for text in ("azimuth,dip\n132,41\n", "132,41\n120,30\n", "id,orientation\n1,132/41\n"):
         found = guess(table_of(tmp_path, text))
         assert found.notation is None
@@ -155,20 +155,20 @@ def test_a_bare_azimuth_is_not_taken_for_either(tmp_path):
         assert choice.code == "reading.notation-missing"
 
 
-def test_a_missing_angle_is_asked_for(tmp_path):
+def test_missing_angle_column_is_requested(tmp_path):
     found = guess(table_of(tmp_path, "name,dip\na,41\n"))
     assert missing_choice(found.columns, "dipdir/dip").values == {"roles": ("azimuth",)}
     assert missing_choice({}, "dipdir/dip")
 
 
-def test_a_declination_column_is_said_and_not_applied(tmp_path):
+def test_declination_column_is_reported_but_not_applied(tmp_path):
     found = guess(table_of(tmp_path, "dip direction,dip,declination\n132,41,2.6\n"))
     assert found.findings[0].code == "reading.declination-column"
     assert found.findings[0].values["first"] == "2.6"
 
 
 # --- bad rows --------------------------------------------------------------------------------
-def test_rows_that_cannot_be_read_are_listed_by_line_and_leave_the_others(tmp_path):
+def test_invalid_rows_are_reported_by_line_and_valid_rows_are_read(tmp_path):
     understood = read(
         tmp_path,
         "# north limb\n"
@@ -192,20 +192,20 @@ def test_rows_that_cannot_be_read_are_listed_by_line_and_leave_the_others(tmp_pa
     assert cells == Finding("table.ragged-row", count=5, expected=4, delimiter="comma")
 
 
-def test_a_quadrant_that_the_strike_cannot_dip_to_is_refused(tmp_path):
+def test_dip_quadrant_inconsistent_with_strike_is_rejected(tmp_path):
     understood = read(tmp_path, "strike,dip,quadrant\n42,41,SE\n42,41,NE\n")
     assert len(understood.rows) == 1
     assert understood.bad_rows[0].line == 3
 
 
-def test_half_a_position_is_left_out_and_said(tmp_path):
+def test_incomplete_position_is_omitted_and_reported(tmp_path):
     understood = read(tmp_path, "dip direction,dip,x,y,z\n132,41,1,2,\n132,41,1,2,3\n132,41,,,\n")
     assert [r.position for r in understood.rows] == [None, (1.0, 2.0, 3.0), None]
     (finding,) = understood.findings
     assert (finding.code, finding.values["rows"]) == ("reading.coordinate-missing", (2,))
 
 
-def test_a_position_in_degrees_lands_where_the_crs_has_it(tmp_path):
+def test_position_in_degrees_is_projected_to_the_crs(tmp_path):
     text = "dipAzimuth,dip,latitude,longitude,altitude\n132,41,46.0,15.0,350\n"
     table = table_of(tmp_path, text)
     found = guess(table)
@@ -221,7 +221,7 @@ def test_a_position_in_degrees_lands_where_the_crs_has_it(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "# only\n", "strike,dip\n"])
-def test_a_table_without_rows_is_refused(tmp_path, text):
+def test_table_without_rows_is_rejected(tmp_path, text):
     with pytest.raises(InputError):
         table_of(tmp_path, text)
 
@@ -233,7 +233,7 @@ def test_a_table_without_rows_is_refused(tmp_path, text):
     declination=st.floats(-180, 180),
     convergence=st.floats(-5, 5),
 )
-def test_turning_there_and_back_gives_the_azimuth_again(azimuth, dip, declination, convergence):
+def test_subtracting_the_correction_restores_the_azimuth(azimuth, dip, declination, convergence):
     from vomstudio.project.imports.readings import FieldRow
 
     turned = declination - convergence
@@ -247,7 +247,7 @@ def test_turning_there_and_back_gives_the_azimuth_again(azimuth, dip, declinatio
     assert there.inclination_deg == dip
 
 
-def test_horizontal_planes_and_vertical_lines_have_no_azimuth_to_turn(tmp_path):
+def test_azimuths_of_horizontal_planes_and_vertical_lines_stay_zero(tmp_path):
     flat = read(tmp_path, "dip direction,dip\n132,0\n")
     upright = read(tmp_path, "trend,plunge\n132,90\n")
     made = make_readings([*flat.rows, *upright.rows], type_ids={}, type_id="bedding", turn_deg=5.0)
@@ -255,7 +255,7 @@ def test_horizontal_planes_and_vertical_lines_have_no_azimuth_to_turn(tmp_path):
 
 
 @pytest.mark.parametrize(("longitude", "latitude"), [(18.0, 46.0), (12.1, 46.0), (15.0, 10.0)])
-def test_convergence_is_the_angle_by_which_a_step_north_leaves_grid_north(longitude, latitude):
+def test_convergence_is_the_angle_between_true_north_and_grid_north(longitude, latitude):
     """Against its definition, by differences: grid azimuth of true north = - convergence."""
     from pyproj import Transformer
 
@@ -266,12 +266,12 @@ def test_convergence_is_the_angle_by_which_a_step_north_leaves_grid_north(longit
     assert convergence_deg("EPSG:32633", x, y) == pytest.approx(-grid_azimuth_of_north, abs=1e-4)
 
 
-def test_a_place_that_the_crs_does_not_cover_has_no_convergence():
+def test_position_outside_the_crs_area_has_no_convergence():
     assert convergence_deg("EPSG:32633", 1e9, 1e9) is None
 
 
 # --- records ---------------------------------------------------------------------------------
-def test_types_and_sets_of_the_table_go_before_those_for_all(tmp_path):
+def test_types_and_sets_in_the_table_override_the_defaults(tmp_path):
     understood = read(
         tmp_path,
         "type,dip direction,dip,set,overturned\nBedding,1,2,upper,yes\nDYKE,1,2,,\n,1,2,,no\n",
@@ -302,7 +302,7 @@ def test_types_and_sets_of_the_table_go_before_those_for_all(tmp_path):
         ("latitude,longitude,altitude", "46,1500,350", "coordinate.longitude", 1500.0),
     ],
 )
-def test_a_position_that_is_nowhere_is_refused_with_its_line_and_the_reading_stays(
+def test_invalid_position_is_reported_by_line_and_the_reading_is_kept(
     tmp_path, header, cells, code, value
 ):
     table = table_of(tmp_path, f"dip direction,dip,{header}\n132,41,{cells}\n132,41,46,15,350\n")

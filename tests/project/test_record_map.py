@@ -40,7 +40,7 @@ def numbers_of(records, prefix: str) -> int:
 
 
 @given(CHANGES, st.booleans())
-def test_after_any_edits_all_answers_are_those_of_a_look_at_every_record(changes, asked_before):
+def test_indices_match_a_full_scan_after_any_edits(changes, asked_before):
     plain = dict(RECORDS_OF_ALL)
     records = RecordMap(plain)
     for edit in changes:
@@ -67,7 +67,7 @@ def test_after_any_edits_all_answers_are_those_of_a_look_at_every_record(changes
         assert records.cached(len) == len(plain)
 
 
-def test_a_name_is_free_among_those_that_come_with_it_too():
+def test_next_name_skips_names_reserved_by_the_same_edit():
     bedding = DEFAULT_TYPES[0]
     records = RecordMap(RECORDS_OF_ALL)
     taken = made("new1", "trace", f"{bedding.name[0]}41")
@@ -76,7 +76,7 @@ def test_a_name_is_free_among_those_that_come_with_it_too():
     assert names.propose_name(bedding) == f"{bedding.name[0]}42"
 
 
-def test_what_is_handed_out_is_not_the_index_itself():
+def test_returned_lists_are_copies_of_the_index():
     records = RecordMap(RECORDS_OF_ALL)
     records.of(Feature).clear()
     assert records.of(Feature)

@@ -31,7 +31,7 @@ MATRIX = ((0.0, -2.0, 0.0, 5.0), (2.0, 0.0, 0.0, 6.0), (0.0, 0.0, 2.0, 7.0), (0.
 
 
 @pytest.mark.parametrize("unit", [1.0, 0.001, 0.3048])
-def test_a_frame_leads_each_axis_of_the_file_where_it_says(unit: float) -> None:
+def test_frame_maps_file_axes_to_world_axes(unit: float) -> None:
     """z up: as it is. y up, as glTF has it: x east, y up, z south."""
     up = np.array(Frame("local", None, unit, "z").to_world())
     assert up.tolist() == np.diag([unit, unit, unit, 1.0]).tolist()
@@ -43,7 +43,7 @@ def test_a_frame_leads_each_axis_of_the_file_where_it_says(unit: float) -> None:
     assert gltf[3].tolist() == [0.0, 0.0, 0.0, 1.0]
 
 
-def test_a_frame_says_what_is_known_of_it() -> None:
+def test_frame_name_states_whether_north_and_scale_are_known() -> None:
     for frame, north, metres, words in (
         (Frame("crs", "EPSG:32633"), True, True, "EPSG:32633, grid north"),
         (Frame("local"), True, True, "local, north known"),
@@ -53,7 +53,7 @@ def test_a_frame_says_what_is_known_of_it() -> None:
         assert (frame.has_north, frame.has_metres, frame.name()) == (north, metres, words)
 
 
-def test_a_model_that_nothing_is_known_of_lies_as_its_file_says() -> None:
+def test_model_without_frame_keeps_its_file_coordinates() -> None:
     assert np.array(IDENTITY).tolist() == np.eye(4).tolist()
     assert MODEL.frame == UNDECLARED_FRAME
     assert np.array(MODEL.to_world).tolist() == np.eye(4).tolist()
@@ -61,7 +61,7 @@ def test_a_model_that_nothing_is_known_of_lies_as_its_file_says() -> None:
     assert np.array(Registration("g", "g", "gps").to_world()).tolist() == np.eye(4).tolist()
 
 
-def test_a_model_lies_where_its_frame_or_registration_brings_it() -> None:
+def test_model_transform_comes_from_its_frame_or_registration() -> None:
     by = Registration("g1", "control", "control", Frame("crs", "EPSG:32633"), MATRIX)
     model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, by)
     assert (model.registration, model.frame, model.to_world) == (by, by.frame, MATRIX)
@@ -74,7 +74,7 @@ def test_a_model_lies_where_its_frame_or_registration_brings_it() -> None:
 # Types
 
 
-def test_the_types_of_the_house_can_be_told_apart() -> None:
+def test_default_types_have_distinct_colours_and_symbols() -> None:
     assert len({kind.color for kind in DEFAULT_TYPES}) == len(DEFAULT_TYPES)
     for geometry in ("plane", "line"):
         own = [kind.symbol for kind in DEFAULT_TYPES if kind.geometry == geometry]
@@ -99,7 +99,7 @@ def test_the_types_of_the_house_can_be_told_apart() -> None:
 # What older journals leave out
 
 
-def test_a_record_that_leaves_fields_out_is_read_with_the_plain_answer() -> None:
+def test_missing_record_fields_get_default_values() -> None:
     """Fields come with versions: a journal from before them must open and claim nothing."""
     photos = decode({"record": "photo_set", "id": "s", "name": "p", "path": "p"})
     assert photos == PhotoSet("s", "p", "p", "")

@@ -26,7 +26,7 @@ def records(*placed: Model) -> dict[str, Record]:
     return {each.id: each for each in (*placed, *beds)}
 
 
-def test_a_mean_of_the_written_table_turns_with_the_model(tmp_path: Path) -> None:
+def test_mean_of_exported_table_includes_the_registration_error(tmp_path: Path) -> None:
     path = tmp_path / "beds.csv"
     export_records(records(model("m1", registration())), "csv", path)
     found = vs.stats(path).sets["all"].fisher
@@ -36,7 +36,9 @@ def test_a_mean_of_the_written_table_turns_with_the_model(tmp_path: Path) -> Non
     assert found.registration_error_deg == pytest.approx(expected, rel=1e-6)
 
 
-def test_models_placed_apart_turn_apart_and_declared_ones_not_at_all(tmp_path: Path) -> None:
+def test_each_registration_has_its_own_rotation_error_and_declared_models_none(
+    tmp_path: Path,
+) -> None:
     path = tmp_path / "beds.csv"
     placed = (
         model("m1", registration("r1")),
@@ -51,7 +53,7 @@ def test_models_placed_apart_turn_apart_and_declared_ones_not_at_all(tmp_path: P
     assert rotation_errors.rotations[0] == pytest.approx(SHAPE[:3, :3])
 
 
-def test_a_project_without_an_error_says_nothing_of_it(tmp_path: Path) -> None:
+def test_export_without_registration_error_omits_it(tmp_path: Path) -> None:
     path = tmp_path / "beds.csv"
     export_records(records(model("m1", Frame("local"))), "csv", path)
     assert "registration:" not in path.read_text("utf-8")

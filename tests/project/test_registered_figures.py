@@ -65,7 +65,7 @@ PLANES = Group(feature_id="a"), Group(feature_id="b")
 
 
 # --- lines ----------------------------------------------------------------------------------------
-def test_planes_of_one_model_meet_in_a_line_that_turns_with_it() -> None:
+def test_intersection_of_planes_on_one_model_has_its_rotation_error() -> None:
     placed = model("m1", registration())
     found = measured(meeting(*PLANES), placed, on_plane("a", A, "m1"), on_plane("b", B, "m1", 2))
     assert found.line is not None
@@ -78,7 +78,7 @@ def test_planes_of_one_model_meet_in_a_line_that_turns_with_it() -> None:
     )
 
 
-def test_the_same_planes_on_two_models_stray_each_by_itself() -> None:
+def test_planes_on_two_models_have_independent_rotation_errors() -> None:
     """Against 4,000 pairs of turns drawn."""
     both = [model("m1", registration("r1")), model("m2", registration("r2"))]
     found = measured(meeting(*PLANES), *both, on_plane("a", A, "m1"), on_plane("b", B, "m2", 2))
@@ -93,14 +93,14 @@ def test_the_same_planes_on_two_models_stray_each_by_itself() -> None:
     assert found.registration_error_deg == pytest.approx(FACTOR * worst, rel=0.06)
 
 
-def test_models_placed_by_one_registration_turn_together() -> None:
+def test_models_with_one_registration_share_its_rotation_error() -> None:
     both = [model("m1", registration()), model("m2", registration())]
     one = measured(meeting(*PLANES), *both, on_plane("a", A, "m1"), on_plane("b", B, "m1", 2))
     two = measured(meeting(*PLANES), *both, on_plane("a", A, "m1"), on_plane("b", B, "m2", 2))
     assert two.registration_error_deg == pytest.approx(one.registration_error_deg)
 
 
-def test_the_error_of_a_set_does_not_shrink_with_its_number() -> None:
+def test_registration_error_of_a_set_does_not_depend_on_its_size() -> None:
     placed = model("m1", registration())
     told = []
     for n in (2, 12):
@@ -111,7 +111,7 @@ def test_the_error_of_a_set_does_not_shrink_with_its_number() -> None:
     assert told[1] == pytest.approx(told[0], rel=0.01)
 
 
-def test_compass_readings_and_declared_models_have_none() -> None:
+def test_compass_readings_and_declared_models_have_no_registration_error() -> None:
     level = Reading("b", "b", "joint", "plane", 200.0, 70.0)
     found = measured(meeting(*PLANES), model("m1", Frame("local")), on_plane("a", A, "m1"), level)
     assert found.registration_error_deg is None
@@ -119,7 +119,7 @@ def test_compass_readings_and_declared_models_have_none() -> None:
     assert "line.registration" not in by_code(found.verdict.reasons)
 
 
-def test_the_verdict_on_a_line_says_when_the_registration_is_to_blame() -> None:
+def test_line_verdict_reports_large_registration_error() -> None:
     wild = registration(shape=9.0 * SHAPE)
     found = measured(
         meeting(*PLANES), model("m1", wild), on_plane("a", A, "m1"), on_plane("b", B, "m1", 2)
@@ -139,7 +139,7 @@ def lineation(plane_id: str, model_id: str = "m1") -> Lineation:
     return Lineation("l1", "l", "lineation", model_id, "hash", vertices, plane_id=plane_id)
 
 
-def test_a_line_on_a_plane_of_its_model_turns_with_it() -> None:
+def test_line_projected_on_a_plane_of_its_model_has_the_full_rotation_error() -> None:
     placed = model("m1", registration())
     alone = measured(lineation(""), placed)
     laid = measured(lineation("a"), placed, on_plane("a", A, "m1"))
@@ -149,7 +149,7 @@ def test_a_line_on_a_plane_of_its_model_turns_with_it() -> None:
     assert laid.total.largest_deg > laid.max_confidence95_deg
 
 
-def test_a_line_on_a_reading_strays_in_that_plane_alone() -> None:
+def test_line_projected_on_a_reading_errs_only_within_that_plane() -> None:
     bed = Reading("a", "a", "bedding", "plane", A.dip_direction_deg, A.dip_deg)
     found = measured(lineation("a"), model("m1", registration()), bed)
     # About the plane's normal.
@@ -173,7 +173,7 @@ def drawn_steps(size: int = 40_000) -> np.ndarray:
     return np.asarray(STEP + np.cross(draws[:, :3], STEP) + draws[:, 3:] * STEP)
 
 
-def test_a_distance_is_wrong_by_the_scale_alone() -> None:
+def test_distance_error_comes_from_the_scale_error_only() -> None:
     found = measured(dimension("distance", [[0, 0, 0], STEP]), model("m1", registration()))
     assert found.dimension is not None
     assert found.dimension["distance_registration95_m"] == pytest.approx(
@@ -181,7 +181,7 @@ def test_a_distance_is_wrong_by_the_scale_alone() -> None:
     )
 
 
-def test_heights_and_horizontal_distances_are_wrong_by_the_rotation_too() -> None:
+def test_vertical_and_horizontal_distances_include_the_rotation_error() -> None:
     found = measured(dimension("distance", [[0, 0, 0], STEP]), model("m1", registration()))
     assert found.dimension is not None
     moved = drawn_steps()
@@ -195,7 +195,7 @@ def test_heights_and_horizontal_distances_are_wrong_by_the_rotation_too() -> Non
     )
 
 
-def test_an_upright_distance_tells_how_far_it_may_lean() -> None:
+def test_vertical_distance_has_a_horizontal_error_from_tilt() -> None:
     shape = np.diag([np.radians(1.0) ** 2, np.radians(2.0) ** 2, 0.0, 0.0])
     placed = model("m1", registration(shape=shape))
     found = measured(dimension("distance", [[0, 0, 0], [0, 0, 10.0]]), placed)
@@ -206,7 +206,7 @@ def test_an_upright_distance_tells_how_far_it_may_lean() -> None:
     assert found.dimension["vertical_registration95_m"] == pytest.approx(0.0, abs=1e-12)
 
 
-def test_areas_are_wrong_by_twice_the_scale() -> None:
+def test_relative_area_error_is_twice_the_scale_error() -> None:
     square = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]]
     found = measured(dimension("area", square), model("m1", registration()))
     assert found.dimension is not None
@@ -224,7 +224,7 @@ def thickness(of_plane: Feature, *models: Model) -> dict[str, float]:
     return dict(found.dimension)
 
 
-def test_a_thickness_on_one_model_is_wrong_by_the_scale_alone() -> None:
+def test_thickness_error_on_one_model_comes_from_the_scale_error_only() -> None:
     found = thickness(on_plane("a", A, "m1"), model("m1", registration()))
     expected = NORMAL_QUANTILE95 * 0.01 * found["thickness_m"]
     assert found["thickness_registration95_m"] == pytest.approx(expected)
@@ -233,7 +233,7 @@ def test_a_thickness_on_one_model_is_wrong_by_the_scale_alone() -> None:
     )
 
 
-def test_a_thickness_across_a_bed_read_with_a_compass_is_wrong_by_the_rotation_too() -> None:
+def test_thickness_across_a_compass_reading_includes_the_rotation_error() -> None:
     bed = Reading("a", "a", "bedding", "plane", A.dip_direction_deg, A.dip_deg)
     found = thickness(bed, model("m1", registration()))
     spread = (drawn_steps() @ A.normal()).std()
@@ -244,7 +244,7 @@ def test_a_thickness_across_a_bed_read_with_a_compass_is_wrong_by_the_rotation_t
     assert "thickness_total95_m" not in found
 
 
-def test_a_thickness_across_a_bed_of_another_model_has_the_errors_of_both() -> None:
+def test_thickness_across_a_bed_of_another_model_combines_both_errors() -> None:
     both = model("m1", registration()), model("m2", registration("r2", 2.0 * SHAPE))
     found = thickness(on_plane("a", A, "m2"), *both)
     turned = direction_covariance(2.0 * SHAPE[:3, :3], A.normal())[0]
@@ -254,7 +254,7 @@ def test_a_thickness_across_a_bed_of_another_model_has_the_errors_of_both() -> N
     )
 
 
-def test_the_three_errors_serve_where_no_covariance_is_known() -> None:
+def test_axis_errors_are_used_without_a_covariance() -> None:
     plain = Registration(
         "r1", "r", "gps", Frame("local"), rotation_error_deg=(0.0, 0.0, 1.0), scale_error=0.02
     )
@@ -266,7 +266,7 @@ def test_the_three_errors_serve_where_no_covariance_is_known() -> None:
     assert found.dimension["vertical_registration95_m"] == pytest.approx(expected)
 
 
-def test_without_an_error_of_the_registration_there_are_no_such_figures() -> None:
+def test_dimensions_without_registration_error_omit_its_figures() -> None:
     for placed in (Frame("local"), Registration("r1", "r", "gps", Frame("local"))):
         found = measured(dimension("distance", [[0, 0, 0], STEP]), model("m1", placed))
         assert found.dimension is not None

@@ -43,11 +43,11 @@ def measured(placement: Registration | Frame, dip_deg: float = 30.0) -> Measurem
     return found
 
 
-def test_a_declared_model_has_no_error_of_registration() -> None:
+def test_declared_model_has_no_registration_error() -> None:
     assert measured(FRAME).registration_error_deg is None
 
 
-def test_a_plane_is_tilted_by_the_axes_across_its_pole() -> None:
+def test_plane_error_comes_from_rotations_perpendicular_to_its_pole() -> None:
     """Turned about north by 2 degrees (1 sigma), the axis of strike: the whole of it is dip."""
     found = measured(registered(rotation_error_deg=(0.0, 0.0, 2.0)))
     assert found.registration_error_deg == pytest.approx(2.0 * FACTOR, rel=1e-3)
@@ -56,7 +56,7 @@ def test_a_plane_is_tilted_by_the_axes_across_its_pole() -> None:
     assert found.registration_error_deg == pytest.approx(2.0 * FACTOR * 0.5, rel=1e-2)
 
 
-def test_the_verdict_is_decided_by_all_of_it_and_says_what_counts() -> None:
+def test_verdict_uses_the_total_error_and_states_the_deciding_part() -> None:
     good = measured(FRAME)
     assert good.verdict is not None
     assert good.verdict.quality == "good"
@@ -73,7 +73,7 @@ def test_the_verdict_is_decided_by_all_of_it_and_says_what_counts() -> None:
     assert worse.verdict.quality == "poor"
 
 
-def test_a_covariance_counts_before_the_three_errors() -> None:
+def test_covariance_overrides_the_axis_errors() -> None:
     covariance = np.zeros((7, 7))
     covariance[1, 1] = np.radians(3.0) ** 2
     rows = tuple(map(tuple, covariance.tolist()))
@@ -81,7 +81,7 @@ def test_a_covariance_counts_before_the_three_errors() -> None:
     assert measured(record).registration_error_deg == pytest.approx(3.0 * FACTOR, rel=1e-3)
 
 
-def test_registering_and_undoing_it_move_the_figures_with_it() -> None:
+def test_registering_a_model_updates_its_measurements() -> None:
     model = Model("m1", "m", "m.ply", "mesh", "hash", FRAME)
     records = {"m1": model, "t1": trace_of(30.0)}
     edit = edits.set_registration(records, registered(rotation_error_deg=(0, 0, 2.0)), ["m1"])
@@ -90,7 +90,7 @@ def test_registering_and_undoing_it_move_the_figures_with_it() -> None:
     assert found.registration_error_deg == pytest.approx(2.0 * FACTOR, rel=1e-3)
 
 
-def test_the_points_and_the_covariance_are_written_and_read_back() -> None:
+def test_control_points_and_covariance_survive_encoding() -> None:
     point = RegistrationPoint("A", (1.0, 2.0, 3.0), (4.0, 5.0, 6.0), (0.01, -0.02, 0.0), None, True)
     known = replace(point, label="B", sigma_m=(0.01, 0.01, 0.02), check=False)
     covariance = tuple(tuple(float(i == j) for j in range(7)) for i in range(7))

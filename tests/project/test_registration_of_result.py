@@ -24,7 +24,7 @@ def result(**told: Any) -> dict[str, Any]:
     return {"frame": "EPSG:32633", "scaled": True, "registration": own | told}
 
 
-def test_points_and_covariance_are_kept() -> None:
+def test_points_and_covariance_of_the_result_are_recorded() -> None:
     points = [
         {"label": "A", "role": "control", "residual_m": [0.1, 0.0, -0.1], "surveyed": [5, 6, 7]},
         {"label": "B", "role": "check", "residual_m": [0.0, 0.0, 0.2], "surveyed": [8, 9, 7]},
@@ -41,7 +41,7 @@ def test_points_and_covariance_are_kept() -> None:
     assert record.centre == (1.0, 2.0, 3.0)
 
 
-def test_positions_of_cameras_that_count_are_points() -> None:
+def test_used_camera_positions_become_control_points() -> None:
     rows = [
         {"name": f"{i}.jpg", "dx": 0.5, "dy": 0.0, "dz": 1.0, "used": i < 2, "surveyed": [i, 0, 9]}
         for i in range(3)
@@ -53,7 +53,7 @@ def test_positions_of_cameras_that_count_are_points() -> None:
 
 
 @pytest.mark.parametrize("bad", [None, [], [[1.0] * 7] * 6, [["x"] * 7] * 7, [[None] * 7] * 7, "7"])
-def test_a_damaged_covariance_leaves_the_three_errors(bad: Any) -> None:
+def test_damaged_covariance_is_ignored_and_axis_errors_are_kept(bad: Any) -> None:
     record = result_registration(result(covariance=bad, points=[{"role": "control"}, 3]), "run")
     assert record.covariance is None
     assert record.control == ()

@@ -48,7 +48,7 @@ def damaged(folder: Path) -> Iterator[ProjectFolder]:
     project.close()
 
 
-def test_what_could_be_read_stays_with_its_steps_both_ways(damaged: ProjectFolder) -> None:
+def test_repair_keeps_readable_records_and_undo_and_redo_steps(damaged: ProjectFolder) -> None:
     session = damaged.session
     records, label, again = dict(session.records), session.undo_label, session.redo_label
     assert len(damaged.problems) == 1
@@ -61,7 +61,7 @@ def test_what_could_be_read_stays_with_its_steps_both_ways(damaged: ProjectFolde
     assert (session.undo_label, session.redo_label) == (label, again)
 
 
-def test_work_goes_on_in_the_new_journal(damaged: ProjectFolder, folder: Path) -> None:
+def test_edits_continue_in_the_repaired_journal(damaged: ProjectFolder, folder: Path) -> None:
     damaged.repair()
     session = damaged.session
     session.redo()
@@ -74,7 +74,7 @@ def test_work_goes_on_in_the_new_journal(damaged: ProjectFolder, folder: Path) -
     assert read_replay(folder).records == dict(session.records)
 
 
-def test_a_sound_journal_is_left_alone(damaged: ProjectFolder, folder: Path) -> None:
+def test_valid_journal_is_not_repaired(damaged: ProjectFolder, folder: Path) -> None:
     damaged.repair()
     before = (folder / "journal.sqlite").stat().st_ino
     with refused("journal.sound", DocumentError):
@@ -83,7 +83,7 @@ def test_a_sound_journal_is_left_alone(damaged: ProjectFolder, folder: Path) -> 
     assert [path.name for path in folder.glob("journal-*")] == ["journal-damaged-1.sqlite"]
 
 
-def test_no_damaged_journal_takes_the_place_of_an_earlier_one(
+def test_backup_does_not_overwrite_an_earlier_damaged_journal(
     damaged: ProjectFolder, folder: Path
 ) -> None:
     (folder / "journal-damaged-1.sqlite").write_bytes(b"of another day")
@@ -91,9 +91,7 @@ def test_no_damaged_journal_takes_the_place_of_an_earlier_one(
     assert (folder / "journal-damaged-1.sqlite").read_bytes() == b"of another day"
 
 
-def test_a_repair_keeps_the_times_the_views_and_the_journal_of_before(
-    damaged: ProjectFolder, folder: Path
-) -> None:
+def test_repair_keeps_row_times_views_and_a_backup(damaged: ProjectFolder, folder: Path) -> None:
     damaged.journal.set_view("camera", [1.5])
     before = {row.label: row for row in damaged.journal.rows() if row.kind == "do"}
     made = damaged.repair()
@@ -110,7 +108,7 @@ def test_a_repair_keeps_the_times_the_views_and_the_journal_of_before(
     assert not (folder / "journal-compacted.sqlite").exists()
 
 
-def test_what_was_saved_is_saved_after_a_repair_and_what_was_not_is_not(
+def test_repair_keeps_the_saved_state_and_unsaved_edits(
     damaged: ProjectFolder, folder: Path
 ) -> None:
     session = damaged.session
@@ -126,7 +124,7 @@ def test_what_was_saved_is_saved_after_a_repair_and_what_was_not_is_not(
 
 
 @pytest.mark.parametrize("way", ["another tale", "no room"])
-def test_a_repair_that_fails_has_changed_nothing(
+def test_failed_repair_changes_nothing(
     damaged: ProjectFolder, folder: Path, monkeypatch: pytest.MonkeyPatch, way: str
 ) -> None:
     rows, problems = list(damaged.journal.rows()), list(damaged.problems)
@@ -155,7 +153,7 @@ def test_a_repair_that_fails_has_changed_nothing(
 
 
 @pytest.mark.parametrize("part", ["records", "saved"])
-def test_a_new_journal_that_says_less_than_the_window_shows_is_not_taken(
+def test_repaired_journal_with_missing_records_is_rejected(
     damaged: ProjectFolder, monkeypatch: pytest.MonkeyPatch, part: str
 ) -> None:
     def less(path: Path) -> Replay:

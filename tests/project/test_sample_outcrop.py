@@ -51,7 +51,7 @@ def written(tmp_path: Path, text: str) -> Path:
     return path
 
 
-def test_cameras_stand_where_they_stood_and_look_where_they_looked(tmp_path: Path) -> None:
+def test_true_cameras_are_read_with_positions_and_directions(tmp_path: Path) -> None:
     found = read_true_cameras(written(tmp_path, CAMERAS))
     # Metres of which floats keep every digit: a whole metre below everything, not the first photo.
     assert found.origin == (100, 199, -4)
@@ -66,7 +66,7 @@ def test_cameras_stand_where_they_stood_and_look_where_they_looked(tmp_path: Pat
     assert tuple(lens.params) == (50, 51, 30, 20, 0.1, 0.2, 0.3, 0.4)
 
 
-def test_the_cameras_of_the_sample_are_those_of_its_photos() -> None:
+def test_sample_cameras_match_the_sample_photos() -> None:
     found = read_true_cameras()
     told = rows("cameras_truth.csv")
     assert [view.name for view in found.views] == [row["name"] for row in told]
@@ -78,7 +78,7 @@ def test_the_cameras_of_the_sample_are_those_of_its_photos() -> None:
         )
 
 
-def test_the_model_of_the_sample_has_its_cameras_beside_it() -> None:
+def test_sample_model_folder_contains_its_cameras() -> None:
     """`write_cameras(path, replace(read_true_cameras(), photos=Path("photos")))` renews them."""
     path = sample_model().with_name("cameras.json")
     beside, told = read_cameras(path), read_true_cameras()
@@ -90,7 +90,7 @@ def test_the_model_of_the_sample_has_its_cameras_beside_it() -> None:
         np.testing.assert_allclose(view.rotation, true.rotation, atol=1e-12)
 
 
-def test_picks_are_parted_where_their_name_changes(tmp_path: Path) -> None:
+def test_picks_are_split_where_the_name_changes(tmp_path: Path) -> None:
     found = read_picks(written(tmp_path, PICKS))
     assert found.names == ("A", "B", "A")
     assert found.kinds == ("bedding", "fault", "joint")
@@ -104,7 +104,7 @@ def test_picks_are_parted_where_their_name_changes(tmp_path: Path) -> None:
     ]
 
 
-def test_the_picks_of_the_sample_are_all_there() -> None:
+def test_all_sample_picks_are_read() -> None:
     found = read_picks()
     told = rows("picks.csv")
     assert len(found.points) == len(told)
@@ -112,7 +112,7 @@ def test_the_picks_of_the_sample_are_all_there() -> None:
     assert found.points[0].tolist() == [float(told[0][axis]) for axis in "xyz"]
 
 
-def test_the_truth_is_by_name(tmp_path: Path) -> None:
+def test_true_planes_are_keyed_by_pick_name(tmp_path: Path) -> None:
     found = read_truth(written(tmp_path, TRUTH))
     assert found.planes == {"A": Plane(315.5, 38.25)}
     assert (found.axis, found.intersection) == (Line(46.5, 12.25), Line(200.5, 30.5))
@@ -125,7 +125,7 @@ def test_the_truth_is_by_name(tmp_path: Path) -> None:
     ("read", "text"),
     [(read_true_cameras, CAMERAS), (read_picks, PICKS), (read_truth, TRUTH)],
 )
-def test_damage_is_said_with_the_name_of_the_file(
+def test_damaged_sample_file_is_reported_by_name(
     tmp_path: Path, read: Callable[[Path], Any], text: str
 ) -> None:
     head, *lines = [line for line in text.splitlines() if not line.startswith("#")]
@@ -140,7 +140,7 @@ def test_damage_is_said_with_the_name_of_the_file(
         assert "table.csv" in str(caught.value)
 
 
-def test_every_file_of_the_sample_is_there() -> None:
+def test_all_sample_files_exist() -> None:
     for path in (sample_model(), sample_control(), sample_marks()):
         assert path.is_file()
     assert sample_model().name == "sample.obj"

@@ -19,13 +19,13 @@ def selection(heard: list[tuple[str, ...]]) -> Selection:
     return made
 
 
-def test_the_last_chosen_is_the_current_one(selection: Selection) -> None:
+def test_last_selected_id_is_current(selection: Selection) -> None:
     assert (selection.ids, selection.current) == ((), None)
     selection.set(["b", "a", "b", "c"])
     assert (selection.ids, selection.current) == (("b", "a", "c"), "c")
 
 
-def test_others_are_told_of_changes_only(
+def test_signal_is_emitted_only_if_the_selection_changes(
     selection: Selection, heard: list[tuple[str, ...]]
 ) -> None:
     selection.set(["a", "b"])
@@ -37,9 +37,7 @@ def test_others_are_told_of_changes_only(
     assert heard == [("a", "b"), ("b", "a"), ()]
 
 
-def test_a_click_with_a_key_held_adds_one_and_takes_it_away_again(
-    selection: Selection, heard: list[tuple[str, ...]]
-) -> None:
+def test_toggle_adds_and_removes_an_id(selection: Selection, heard: list[tuple[str, ...]]) -> None:
     selection.set(["a", "b"])
     selection.toggle("c")
     assert (selection.ids, selection.current) == (("a", "b", "c"), "c")
@@ -47,7 +45,7 @@ def test_a_click_with_a_key_held_adds_one_and_takes_it_away_again(
     assert selection.ids == ("a", "c") == heard[-1]
 
 
-def test_what_is_gone_is_selected_no_longer(selection: Selection) -> None:
+def test_missing_ids_are_removed_from_the_selection(selection: Selection) -> None:
     selection.set(["a", "b", "c"])
     selection.retain(iter(["c", "a", "x"]))
     assert selection.ids == ("a", "c")

@@ -22,7 +22,7 @@ from vomstudio.project.records import DEFAULT_TYPES, FeatureType, Model
 from vomstudio.project.session import DISCARD_LABEL, RESTORE_TYPES_LABEL, Session
 
 
-def test_an_edit_is_in_the_journal_before_anyone_hears_of_it(session, journal):
+def test_edit_is_journalled_before_the_change_signal(session, journal):
     heard = []
     session.changed.connect(lambda edit: heard.append((edit.label, journal.kept[-1].label)))
     edit = edits.add_trace(session.records, bed("t1"))
@@ -30,7 +30,7 @@ def test_an_edit_is_in_the_journal_before_anyone_hears_of_it(session, journal):
     assert heard == [(edit.label, edit.label)]
 
 
-def test_a_journal_that_cannot_be_written_leaves_everything_as_it_was(session, journal):
+def test_failed_journal_write_leaves_records_and_history_unchanged(session, journal):
     before, label = dict(session.records), session.undo_label
     journal.refuse = DocumentError(Finding("disk.full"))
     with refused("disk.full", DocumentError):
@@ -42,7 +42,7 @@ def test_a_journal_that_cannot_be_written_leaves_everything_as_it_was(session, j
     assert dict(session.records) == before
 
 
-def test_an_edit_made_on_other_records_is_refused(session):
+def test_stale_edit_is_rejected(session):
     session.apply(edits.add_trace(session.records, bed("t1")))
     rename = edits.set_attributes(session.records, ["t1"], name="X")
     session.apply(edits.set_attributes(session.records, ["t1"], notes="wet"))
@@ -51,7 +51,7 @@ def test_an_edit_made_on_other_records_is_refused(session):
     assert session.records["t1"].notes == "wet"
 
 
-def test_undo_and_redo_walk_through_the_same_states(session):
+def test_undo_and_redo_restore_the_same_states(session):
     states = [dict(session.records)]
     for make in (
         lambda r: edits.add_trace(r, bed("t1")),
@@ -71,7 +71,7 @@ def test_undo_and_redo_walk_through_the_same_states(session):
     assert session.redo_label is None
 
 
-def test_a_new_edit_forgets_what_was_undone(session):
+def test_new_edit_clears_the_redo_history(session):
     session.apply(edits.add_trace(session.records, bed("t1")))
     session.undo()
     session.apply(edits.add_trace(session.records, bed("t2")))
@@ -80,7 +80,7 @@ def test_a_new_edit_forgets_what_was_undone(session):
     assert "t1" not in session.records
 
 
-def test_a_reopened_journal_has_the_records_and_the_way_back(session, journal):
+def test_reopened_journal_restores_records_and_undo_history(session, journal):
     session.apply(edits.add_trace(session.records, bed("t1")))
     session.apply(edits.add_trace(session.records, bed("t2")))
     session.undo()
@@ -94,9 +94,7 @@ def test_a_reopened_journal_has_the_records_and_the_way_back(session, journal):
     assert [type(r).__name__ for r in again.records.values()].count("Model") == 0
 
 
-def test_at_every_row_of_a_random_session_the_journal_tells_what_was_on_the_screen(
-    session, journal
-):
+def test_replay_up_to_any_journal_row_gives_the_records_at_that_time(session, journal):
     session.save()
     rng = random.Random(5)
     seen: dict[int, dict] = {}
@@ -130,7 +128,7 @@ def test_at_every_row_of_a_random_session_the_journal_tells_what_was_on_the_scre
         assert replay(journal.kept[:rows]).records == records
 
 
-def test_discarding_goes_back_to_the_save_and_can_be_taken_back(session):
+def test_discarding_unsaved_edits_restores_the_save_and_can_be_undone(session):
     session.apply(edits.add_trace(session.records, bed("t1")))
     session.save()
     session.apply(edits.add_trace(session.records, bed("t2")))
@@ -144,7 +142,7 @@ def test_discarding_goes_back_to_the_save_and_can_be_taken_back(session):
     assert session.dirty
 
 
-def test_undoing_back_to_the_save_is_not_a_change(session):
+def test_undoing_to_the_saved_state_clears_dirty(session):
     session.save()
     session.apply(edits.add_trace(session.records, bed("t1")))
     assert session.dirty
@@ -152,7 +150,7 @@ def test_undoing_back_to_the_save_is_not_a_change(session):
     assert not session.dirty
 
 
-def test_a_draft_is_offered_back_until_it_is_finished_or_cancelled(session, journal):
+def test_draft_is_restored_until_it_is_finished_or_cancelled(session, journal):
     session.set_draft({"tool": "trace", "vertices": [[0, 0, 0]]})
     assert Session(journal).draft.state["vertices"] == [[0, 0, 0]]
     session.apply(edits.add_trace(session.records, bed("t1")), finishes_draft=True)
@@ -162,7 +160,7 @@ def test_a_draft_is_offered_back_until_it_is_finished_or_cancelled(session, jour
     assert Session(journal).draft is None
 
 
-def test_a_damaged_row_is_named_and_the_rest_opens(session, journal):
+def test_damaged_row_is_reported_and_the_others_are_read(session, journal):
     session.apply(edits.add_trace(session.records, bed("t1")))
     session.apply(edits.add_trace(session.records, bed("t2")))
     bad = next(i for i, row in enumerate(journal.kept) if row.after and "t1" in row.after)
@@ -173,19 +171,19 @@ def test_a_damaged_row_is_named_and_the_rest_opens(session, journal):
     assert any(each.code == "journal.row-unreadable" for each in again.problems)
 
 
-def test_a_trace_through_collinear_points_is_refused(session):
+def test_trace_with_collinear_points_is_rejected(session):
     line = bed("t1", vertices=tuple((float(i), 2.0 * i, 3.0 * i) for i in range(5)))
     with pytest.raises(GeometryError):
         edits.add_trace(session.records, line)
 
 
-def test_a_model_that_carries_features_is_not_removed(session):
+def test_model_with_features_cannot_be_removed(session):
     session.apply(edits.add_trace(session.records, bed("t1")))
     with refused("model.in-use", DocumentError, count=1, model="cliff"):
         edits.remove_model(session.records, "m1")
 
 
-def test_names_take_the_next_free_number(session):
+def test_new_name_continues_after_the_highest_number(session):
     for id_ in ("t1", "t2", "t3"):
         session.apply(edits.add_trace(session.records, bed(id_)))
     session.apply(edits.delete(session.records, ["t2"]))
@@ -216,7 +214,7 @@ def label_of(rows):
     return [(row.kind, row.label) for row in rows]
 
 
-def test_a_new_project_has_the_types_of_the_house_and_nothing_to_save_or_undo(journal):
+def test_new_project_has_default_types_and_nothing_to_save_or_undo(journal):
     session = Session(journal)
     assert label_of(journal.kept) == [("do", "New project"), ("save", "")]
     assert session.of(FeatureType) == list(DEFAULT_TYPES)
@@ -230,7 +228,7 @@ def test_a_new_project_has_the_types_of_the_house_and_nothing_to_save_or_undo(jo
     assert len(journal.kept) == 2
 
 
-def test_work_that_was_never_saved_is_told_until_it_is_saved_or_put_aside(session, journal):
+def test_unsaved_work_is_reported_as_recovered_until_saved_or_discarded(session, journal):
     """The window asks whether to keep what a crash has left behind."""
     session.save()
     session.apply(edits.add_trace(session.records, bed("t1")))
@@ -249,7 +247,7 @@ def test_work_that_was_never_saved_is_told_until_it_is_saved_or_put_aside(sessio
     assert Session(journal).is_recovered
 
 
-def test_types_that_were_lost_are_restored_and_stay(session, journal):
+def test_lost_default_types_are_restored_permanently(session, journal):
     session.apply(edits.add_trace(session.records, bed("t1")))
     session.save()
     journal.kept[0] = dataclasses.replace(journal.kept[0], problem=Finding("row.checksum"))
@@ -265,7 +263,7 @@ def test_types_that_were_lost_are_restored_and_stay(session, journal):
     assert len(Session(journal).of(FeatureType)) == len(DEFAULT_TYPES)
 
 
-def test_a_damaged_project_in_which_nothing_is_left_is_no_new_one(session, journal):
+def test_damaged_project_without_records_is_not_treated_as_new(session, journal):
     """What was done and taken out again can still be brought back."""
     session.apply(edits.remove_model(session.records, "m1"))
     journal.kept[0] = dataclasses.replace(journal.kept[0], problem=Finding("row.checksum"))
@@ -278,7 +276,7 @@ def test_a_damaged_project_in_which_nothing_is_left_is_no_new_one(session, journ
     assert "New project" not in [row.label for row in journal.kept[1:]]
 
 
-def test_types_of_a_sound_project_are_work_like_any_other(session):
+def test_discarding_unsaved_edits_reverts_type_changes(session):
     session.save()
     session.apply(edits.add_type(session.records, FeatureType("dyke", "Dyke", "#123456")))
     red = dataclasses.replace(DEFAULT_TYPES[0], color="#ff0000")
@@ -287,7 +285,7 @@ def test_types_of_a_sound_project_are_work_like_any_other(session):
     assert session.of(FeatureType) == list(DEFAULT_TYPES)
 
 
-def test_records_are_found_by_class_in_the_order_in_which_they_came(session):
+def test_records_of_a_class_are_returned_in_insertion_order(session):
     for id_ in ("t2", "t1"):
         session.apply(edits.add_trace(session.records, bed(id_)))
     reading = Reading("r1", "R1", "bedding", "plane", 10.0, 20.0)
@@ -297,7 +295,7 @@ def test_records_are_found_by_class_in_the_order_in_which_they_came(session):
     assert [m.id for m in session.of(Model)] == ["m1"]
 
 
-def test_what_a_project_ever_held_is_known_as_long_as_its_history(session, journal):
+def test_has_ever_contained_includes_undone_records(session, journal):
     assert session.has_ever_contained(Model)
     assert not session.has_ever_contained(Trace)
     session.apply(edits.add_trace(session.records, bed("t1")))
@@ -309,7 +307,7 @@ def test_what_a_project_ever_held_is_known_as_long_as_its_history(session, journ
     assert not session.has_ever_contained(Reading)
 
 
-def test_the_records_cannot_be_changed_past_the_session(session):
+def test_records_and_history_are_read_only_outside_the_session(session):
     label = session.undo_label
     for mapping in (session.records, session.saved):
         with pytest.raises(TypeError):
@@ -333,7 +331,7 @@ class Heard:
         return told
 
 
-def test_every_step_is_told_once_with_what_it_changes(session):
+def test_each_step_is_signalled_once_with_its_edit(session):
     heard = Heard(session)
     add = edits.add_trace(session.records, bed("t1"))
     session.apply(add)
@@ -364,7 +362,7 @@ def test_every_step_is_told_once_with_what_it_changes(session):
     assert heard.since() == []
 
 
-def test_the_journal_says_which_step_is_taken_back_or_done_again(session, journal):
+def test_journal_rows_reference_the_undone_or_redone_step(session, journal):
     one = edits.add_trace(session.records, bed("t1"))
     first = session.apply(one)
     other = edits.add_trace(session.records, bed("t2"))
@@ -387,7 +385,7 @@ def test_the_journal_says_which_step_is_taken_back_or_done_again(session, journa
     assert again.undone_steps() == session.undone_steps()
 
 
-def test_the_settings_that_affect_results_are_written_beside_every_edit(journal):
+def test_settings_that_affect_results_are_stored_with_every_edit(journal):
     settings = {"good": 5.0}
     session = Session(journal, lambda: dict(settings))
     settings["good"] = 7.0
@@ -397,7 +395,7 @@ def test_the_settings_that_affect_results_are_written_beside_every_edit(journal)
     assert replay(journal.kept).settings == {"good": 7.0}
 
 
-def test_nudges_join_into_one_step_unless_something_came_between(session, journal):
+def test_consecutive_nudges_join_into_one_step(session, journal):
     def note(text: str, joins: int | None = None) -> int:
         return session.apply(edits.set_attributes(session.records, ["t1"], notes=text), joins=joins)
 
@@ -426,7 +424,7 @@ def test_nudges_join_into_one_step_unless_something_came_between(session, journa
     assert Session(journal).done_steps() == session.done_steps()
 
 
-def test_a_save_is_what_the_project_was_then(session, journal):
+def test_save_records_the_state_at_that_time(session, journal):
     session.apply(edits.add_trace(session.records, bed("t1")))
     session.save()
     at, kept = session.top, dict(session.records)
@@ -443,7 +441,7 @@ def test_a_save_is_what_the_project_was_then(session, journal):
 
 
 # --- drafts and journals ---------------------------------------------------------------------
-def test_a_finished_draft_is_named_by_the_edit_that_it_became(session, journal):
+def test_edit_references_the_draft_that_it_finishes(session, journal):
     state = {"tool": "trace"}
     session.set_draft(state)
     seq = session.draft.seq
@@ -458,7 +456,7 @@ def test_a_finished_draft_is_named_by_the_edit_that_it_became(session, journal):
     assert journal.kept[-1].of_seq is None
 
 
-def test_a_draft_outlives_what_is_done_besides(session, journal):
+def test_draft_survives_other_edits_undo_and_discard(session, journal):
     session.set_draft({"tool": "trace"})
     session.apply(edits.add_trace(session.records, bed("t1")))
     session.apply(edits.add_trace(session.records, bed("t2")))
@@ -467,7 +465,7 @@ def test_a_draft_outlives_what_is_done_besides(session, journal):
     assert session.draft.state == Session(journal).draft.state == {"tool": "trace"}
 
 
-def test_giving_up_what_was_not_begun_writes_nothing(session, journal):
+def test_cancelling_without_a_draft_writes_nothing(session, journal):
     rows = len(journal.kept)
     session.set_draft(None)
     assert len(journal.kept) == rows
@@ -477,7 +475,7 @@ def test_giving_up_what_was_not_begun_writes_nothing(session, journal):
     assert [row.after for row in journal.kept[rows:]] == [{"tool": "trace"}, None]
 
 
-def test_a_session_goes_on_in_another_journal_whose_rows_have_other_numbers(session, journal):
+def test_session_continues_in_a_journal_with_renumbered_rows(session, journal):
     """A project saved elsewhere is written shorter, without what was amended or left."""
     session.apply(edits.add_trace(session.records, bed("t1")))
     session.save()
@@ -504,7 +502,7 @@ def test_a_session_goes_on_in_another_journal_whose_rows_have_other_numbers(sess
     assert Session(other).records == session.records
 
 
-def test_a_journal_with_the_same_numbers_takes_over_as_it_is(session, journal):
+def test_session_continues_in_a_journal_with_the_same_row_numbers(session, journal):
     other = type(journal)()
     other.kept = list(journal.kept)
     before = session.done_steps(), session.saved_top

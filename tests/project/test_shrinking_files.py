@@ -110,7 +110,9 @@ def ran(program: str, *words: object) -> str:
 @pytest.mark.parametrize(
     "name", first_in_default_tier(["journal.sqlite", "journal.sqlite-wal", "journal.sqlite-shm"], 2)
 )
-def test_a_journal_that_shrinks(tmp_path: Path, name: str, size: int, over: str) -> None:
+def test_shrinking_journal_file_is_reported_without_a_crash(
+    tmp_path: Path, name: str, size: int, over: str
+) -> None:
     answer: dict[str, Any] = json.loads(ran(_JOURNAL, tmp_path / "a.vom", name, size, over))
     if name.endswith("-shm"):
         # It is made again from the log.
@@ -126,7 +128,7 @@ def test_a_journal_that_shrinks(tmp_path: Path, name: str, size: int, over: str)
     "name",
     first_in_default_tier(["grey.bmp", "grey.tif", "small.tif", "a.png", "a.jpg", "a.tga"], 2),
 )
-def test_a_picture_that_shrinks(tmp_path: Path, name: str) -> None:
+def test_shrinking_image_file_does_not_crash(tmp_path: Path, name: str) -> None:
     pixels = np.random.default_rng(1).integers(0, 255, (700, 900)).astype(np.uint8)
     options = {"compression": "tiff_deflate"} if name == "small.tif" else {}
     Image.fromarray(pixels).save(tmp_path / name, **options)
@@ -136,7 +138,9 @@ def test_a_picture_that_shrinks(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("when", ["first", "again"])
-def test_a_model_that_shrinks_and_its_cache(tmp_path: Path, when: str) -> None:
+def test_shrinking_model_file_and_cache_do_not_change_loaded_data(
+    tmp_path: Path, when: str
+) -> None:
     n = 60
     x, y = (a.ravel() for a in np.meshgrid(np.arange(n), np.arange(n)))
     lines = [f"v {a} {b} 1" for a, b in zip(x, y, strict=True)]

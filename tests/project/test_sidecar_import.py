@@ -88,9 +88,7 @@ def reconstruct(
 
 
 # --- the result of a run -------------------------------------------------------------------------
-def test_a_result_is_recorded_with_its_figures_each_in_its_place(
-    project: Path, photos: Path
-) -> None:
+def test_reconstruction_result_fields_are_recorded(project: Path, photos: Path) -> None:
     folder = reconstruct(project, photos)
     os.utime(folder / "reconstruction.json", (1_770_112_800, 1_770_112_800))
     made, placed = read_reconstruction(folder, "s", "cliff")
@@ -134,7 +132,7 @@ def test_a_result_is_recorded_with_its_figures_each_in_its_place(
         ({"registration": {"method": 5}, "frame": 5, "scaled": False}, "local", Frame()),
     ],
 )
-def test_how_it_was_placed_says_what_is_known_of_the_world(
+def test_registration_frame_claims_only_determined_north_up_and_scale(
     project: Path, photos: Path, said: dict[str, Any], method: str, frame: Frame
 ) -> None:
     """North, up and metres are claimed only where they were found."""
@@ -154,9 +152,7 @@ def test_how_it_was_placed_says_what_is_known_of_the_world(
         for axis, bad in (("about_up", None), ("about_east", "x"), ("about_north", float("nan")))
     ],
 )
-def test_an_error_of_which_a_part_is_not_known_is_not_known(
-    project: Path, photos: Path, errors: Any
-) -> None:
+def test_partly_unknown_rotation_error_is_unknown(project: Path, photos: Path, errors: Any) -> None:
     said = RESULT["registration"] | {
         "rotation_error_deg": errors,
         "scale_error": float("inf"),
@@ -180,7 +176,7 @@ WHOLE = [[1e-6 * (i == j) + 1e-8 for j in range(7)] for i in range(7)]
         ([[1.0] * 6 + [None]] * 7, [1.0, "x", 2.0], False),
     ],
 )
-def test_the_covariance_comes_along_where_it_is_whole(
+def test_covariance_is_imported_only_if_complete(
     project: Path, photos: Path, covariance: Any, centre: Any, whole: bool
 ) -> None:
     said = RESULT["registration"] | {"covariance": covariance, "centre": centre}
@@ -193,7 +189,7 @@ def test_the_covariance_comes_along_where_it_is_whole(
     assert (turn[0, 1] != 0.0) == whole
 
 
-def test_what_a_result_does_not_say_is_left_open(project: Path, photos: Path) -> None:
+def test_missing_result_fields_get_default_values(project: Path, photos: Path) -> None:
     folder = reconstruct(project, photos, result={"settings": [], "photos": "3", "versions": 1})
     made, placed = read_reconstruction(folder, "s", "cliff")
     assert (made.quality, made.settings, made.photos, made.registered) == ("", (), 0, 0)
@@ -209,7 +205,7 @@ def test_what_a_result_does_not_say_is_left_open(project: Path, photos: Path) ->
         ("[]", "reconstruction.invalid"),
     ],
 )
-def test_a_result_that_cannot_be_read_is_named(
+def test_unreadable_result_file_is_named(
     project: Path, photos: Path, text: str | None, code: str
 ) -> None:
     folder = reconstruct(project, photos, result=None)
@@ -221,7 +217,7 @@ def test_a_result_that_cannot_be_read_is_named(
 
 
 # --- tables and masks ----------------------------------------------------------------------------
-def test_tables_are_found_beside_the_photos_before_those_in_the_project(
+def test_tables_next_to_the_photos_take_precedence_over_project_tables(
     project: Path, photos: Path, tmp_path: Path
 ) -> None:
     control, marks = photos / "control.csv", photos / "marks.csv"
@@ -244,7 +240,7 @@ def test_tables_are_found_beside_the_photos_before_those_in_the_project(
     assert sidecar_tables(project, photos) == (None, None)
 
 
-def test_points_marks_and_masks_are_read_to_the_last_digit(project: Path, photos: Path) -> None:
+def test_points_marks_and_masks_are_read_exactly(project: Path, photos: Path) -> None:
     steps: list[float] = []
     progress = SilentProgress()
     progress.step = steps.append  # type: ignore[method-assign, assignment]
@@ -272,15 +268,13 @@ def test_points_marks_and_masks_are_read_to_the_last_digit(project: Path, photos
     assert steps == [0, 1]
 
 
-def test_a_mark_in_a_photo_that_is_not_there_keeps_its_name(project: Path, photos: Path) -> None:
+def test_mark_in_a_missing_photo_keeps_the_photo_name(project: Path, photos: Path) -> None:
     found = read_sidecars(project, None, photos / "marks.csv", {}, ["other.jpg"])
     assert [photo for _, photo, _, _ in found.marks] == ["a.jpg", "a.jpg"]
     assert (found.points, found.crs) == ((), "")
 
 
-def test_a_table_that_cannot_be_read_is_named_and_the_rest_is_read(
-    project: Path, photos: Path
-) -> None:
+def test_unreadable_table_is_reported_and_the_others_are_read(project: Path, photos: Path) -> None:
     """Nobody may replace it unasked: the work of a day may be in it."""
     control, marks = photos / "control.csv", photos / "marks.csv"
     (photos / "gone_mask.png").unlink(missing_ok=True)
@@ -301,15 +295,13 @@ def test_a_table_that_cannot_be_read_is_named_and_the_rest_is_read(
     assert "marks.csv" in found.problems[0]
 
 
-def test_the_ending_of_a_mask_is_written_small(project: Path, photos: Path) -> None:
+def test_mask_file_extension_is_lowercased(project: Path, photos: Path) -> None:
     loud = (photos / "a_mask.png").rename(photos / "A_MASK.PNG")
     found = read_sidecars(project, None, None, {"a.jpg": loud}, ["a.jpg"])
     assert found.masks["a.jpg"].path.endswith(".png")
 
 
-def test_photos_are_written_down_relative_only_inside_the_project(
-    project: Path, photos: Path
-) -> None:
+def test_photo_paths_are_relative_only_inside_the_project(project: Path, photos: Path) -> None:
     assert stored_path(project, project / "in" / "side") == "in/side"
     assert stored_path(project, project / "x" / ".." / "side") == "side"
     assert stored_path(project, photos) == str(photos.resolve())

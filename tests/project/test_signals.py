@@ -9,7 +9,7 @@ import pytest
 from vomstudio.core.signals import Signal, call_after_notifications, group_notifications
 
 
-def test_what_is_asked_for_many_times_is_done_once_after_all_are_told() -> None:
+def test_repeated_deferred_call_runs_once_after_all_notifications() -> None:
     outer, inner = Signal[str](), Signal[()]()
     done: list[str] = []
 
@@ -34,7 +34,7 @@ def test_what_is_asked_for_many_times_is_done_once_after_all_are_told() -> None:
     assert done[8:] == ["counted"]
 
 
-def test_it_is_done_although_a_listener_fails_and_what_it_brings_about_is_too() -> None:
+def test_deferred_calls_run_even_if_a_listener_raises() -> None:
     signal, done = Signal[()](), list[str]()
     signal.connect(lambda: call_after_notifications(lambda: again.emit()))
 
@@ -49,7 +49,7 @@ def test_it_is_done_although_a_listener_fails_and_what_it_brings_about_is_too() 
     assert done == ["last"]
 
 
-def test_one_thread_does_not_wait_for_another() -> None:
+def test_notification_groups_do_not_affect_other_threads() -> None:
     done: list[int] = []
     with group_notifications():
         thread = threading.Thread(target=lambda: call_after_notifications(lambda: done.append(1)))

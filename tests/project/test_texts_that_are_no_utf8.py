@@ -27,13 +27,15 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("form", ["csv", "gpkg", "shp", "geojson", "dxf", "gempy", "gems"])
-def test_a_question_mark_stands_for_each(project: Path, tmp_path: Path, form: str) -> None:
+def test_text_with_surrogates_is_exported_in_every_format(
+    project: Path, tmp_path: Path, form: str
+) -> None:
     code, said = command("export", project, "--to", form, "-o", tmp_path / f"o.{form}")
     assert code == 0, said
     assert [Path(name).read_bytes() for name in said["files"]]
 
 
-def test_the_others_are_as_they_were(project: Path, tmp_path: Path) -> None:
+def test_surrogates_are_replaced_by_question_marks(project: Path, tmp_path: Path) -> None:
     out = tmp_path / "o.gpkg"
     assert command("export", project, "--to", "gpkg", "-o", out)[0] == 0
     texts: dict[str, set[object]] = {"notes": set(), "set": set()}

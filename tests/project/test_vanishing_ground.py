@@ -146,7 +146,7 @@ def goes_on_and_can_be_saved(project: ProjectFolder, told: Told, code: str, targ
 
 
 @pytest.mark.parametrize("how", GOES)
-def test_work_goes_on_in_memory_and_is_saved_elsewhere(disk: Path, how: str) -> None:
+def test_edits_continue_in_memory_and_can_be_saved_elsewhere(disk: Path, how: str) -> None:
     go, code = GOES[how]
     project, told = begun(disk)
     go(disk / "cliff.vom", disk.parent / "older.vom")
@@ -155,7 +155,7 @@ def test_work_goes_on_in_memory_and_is_saved_elsewhere(disk: Path, how: str) -> 
 
 @pytest.mark.parametrize("how", ["folder replaced", "file replaced", "file overwritten"])
 @pytest.mark.parametrize("saved", [True, False], ids=["saved elsewhere", "closed"])
-def test_what_has_taken_the_place_stays_as_it_is(disk: Path, how: str, saved: bool) -> None:
+def test_replacement_project_folder_is_not_modified(disk: Path, how: str, saved: bool) -> None:
     project, _ = begun(disk)
     folder, older = disk / "cliff.vom", disk.parent / "older.vom"
     GOES[how][0](folder, older)
@@ -169,7 +169,7 @@ def test_what_has_taken_the_place_stays_as_it_is(disk: Path, how: str, saved: bo
     ProjectFolder.open(folder).close()
 
 
-def test_a_folder_that_was_deleted_is_not_made_again(disk: Path) -> None:
+def test_deleted_project_folder_is_not_recreated(disk: Path) -> None:
     project, _ = begun(disk)
     shutil.rmtree(project.folder)
     add(project, "d")
@@ -179,7 +179,7 @@ def test_a_folder_that_was_deleted_is_not_made_again(disk: Path) -> None:
     assert not project.folder.exists()
 
 
-def test_without_somebody_to_tell_nothing_is_changed(disk: Path) -> None:
+def test_edit_without_failure_callback_raises_and_changes_nothing(disk: Path) -> None:
     """A command or a script: the edit is refused."""
     project, _ = begun(disk)
     project.close()
@@ -192,7 +192,7 @@ def test_without_somebody_to_tell_nothing_is_changed(disk: Path) -> None:
     assert names(disk / "other.vom") == ["a", "b", "c"]
 
 
-def test_a_drive_that_comes_back_takes_the_steps_that_waited(disk: Path) -> None:
+def test_pending_steps_are_written_when_the_folder_returns(disk: Path) -> None:
     project, told = begun(disk)
     project.folder.rename(disk / "away.vom")
     add(project, "d")
@@ -206,7 +206,7 @@ def test_a_drive_that_comes_back_takes_the_steps_that_waited(disk: Path) -> None
     assert verify(project.folder).sound
 
 
-def test_a_copy_that_takes_the_place_unchanged_is_gone_on_with(disk: Path) -> None:
+def test_identical_copy_of_the_journal_is_used_in_its_place(disk: Path) -> None:
     """A program that keeps folders in step replaces files by equal ones; a drive that was plugged
     in again has other numbers."""
     project, told = begun(disk)
@@ -224,7 +224,7 @@ def test_a_copy_that_takes_the_place_unchanged_is_gone_on_with(disk: Path) -> No
     assert verify(project.folder).sound
 
 
-def test_a_file_that_was_only_touched_is_none_the_worse(disk: Path) -> None:
+def test_touched_journal_file_is_not_reported(disk: Path) -> None:
     project, told = begun(disk)
     os.utime(project.folder / JOURNAL_NAME)
     os.utime(project.folder / f"{JOURNAL_NAME}-wal")
@@ -236,7 +236,7 @@ def test_a_file_that_was_only_touched_is_none_the_worse(disk: Path) -> None:
     project.close()
 
 
-def test_masks_are_saved_elsewhere_though_their_folder_is_gone(disk: Path) -> None:
+def test_masks_of_a_missing_project_folder_can_be_saved_elsewhere(disk: Path) -> None:
     project, _ = begun(disk)
     session = project.session
     session.apply(add_photo_set(session.records, PhotoSet("p", "photos", "/nowhere/photos")))
@@ -260,7 +260,9 @@ def masked(project: ProjectFolder, name: str, content: bytes) -> Mask:
 
 
 @pytest.mark.parametrize("how", GOES)
-def test_masks_drawn_while_the_ground_is_gone_are_saved_elsewhere(disk: Path, how: str) -> None:
+def test_masks_drawn_while_the_folder_is_missing_can_be_saved_elsewhere(
+    disk: Path, how: str
+) -> None:
     project, told = begun(disk)
     session, folder = project.session, project.folder
     session.apply(add_photo_set(session.records, PhotoSet("p", "photos", "/nowhere/photos")))
@@ -289,7 +291,7 @@ def test_masks_drawn_while_the_ground_is_gone_are_saved_elsewhere(disk: Path, ho
     assert len([r for r in read_replay(rescued).records.values() if isinstance(r, Mask)]) == 3
 
 
-def test_masks_that_waited_are_written_before_the_rows_that_name_them(disk: Path) -> None:
+def test_pending_masks_are_written_before_the_rows_that_reference_them(disk: Path) -> None:
     project, told = begun(disk)
     session, folder = project.session, project.folder
     session.apply(add_photo_set(session.records, PhotoSet("p", "photos", "/nowhere/photos")))
@@ -303,7 +305,7 @@ def test_masks_that_waited_are_written_before_the_rows_that_name_them(disk: Path
     assert verify(folder).sound
 
 
-def test_a_mask_without_room_keeps_its_row_in_memory(tmp_path: Path) -> None:
+def test_row_of_a_mask_stays_in_memory_if_the_disk_is_full(tmp_path: Path) -> None:
     with small_disk(tmp_path / "disk", 1024) as disk:
         project, told = begun(disk)
         session = project.session
@@ -327,7 +329,7 @@ def test_a_mask_without_room_keeps_its_row_in_memory(tmp_path: Path) -> None:
 
 
 # --- disks ------------------------------------------------------------------------------------
-def test_a_full_disk(tmp_path: Path) -> None:
+def test_edits_continue_in_memory_on_a_full_disk(tmp_path: Path) -> None:
     with small_disk(tmp_path / "disk", 1024) as disk:
         project, told = begun(disk)
         filler = fill(disk)
@@ -355,14 +357,14 @@ def test_a_full_disk(tmp_path: Path) -> None:
         project.close()
 
 
-def test_a_disk_that_becomes_read_only(tmp_path: Path) -> None:
+def test_edits_continue_in_memory_on_a_read_only_disk(tmp_path: Path) -> None:
     with failing_disk(tmp_path / "disk") as (disk, fail):
         project, told = begun(disk)
         fail()
         goes_on_and_can_be_saved(project, told, "disk.read-only", tmp_path / "rescued.vom")
 
 
-def test_a_drive_that_is_taken_away(tmp_path: Path) -> None:
+def test_edits_continue_in_memory_after_the_drive_is_unmounted(tmp_path: Path) -> None:
     with small_disk(tmp_path / "disk", 4096) as disk:
         project, told = begun(disk)
         subprocess.run(["umount", "-l", str(disk)], check=True)
@@ -374,7 +376,9 @@ def test_a_drive_that_is_taken_away(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("how", ["deleted", "renamed"])
 @pytest.mark.parametrize("taken_back", [False, True], ids=["compacted", "taken back"])
-def test_work_goes_on_in_memory_after_a_compaction(disk: Path, how: str, taken_back: bool) -> None:
+def test_edits_continue_in_memory_after_a_compaction(
+    disk: Path, how: str, taken_back: bool
+) -> None:
     project, told = begun(disk)
     project.session.save()
     project.compact()
@@ -384,7 +388,7 @@ def test_work_goes_on_in_memory_after_a_compaction(disk: Path, how: str, taken_b
     goes_on_and_can_be_saved(project, told, "journal.folder-gone", disk.parent / "rescued.vom")
 
 
-def test_a_journal_that_could_not_be_written_when_it_was_opened_is_opened_again(
+def test_read_only_journal_connection_is_reopened_for_writing(
     tmp_path: Path,
 ) -> None:
     project = ProjectFolder.create(tmp_path / "a.vom")
@@ -399,7 +403,7 @@ def test_a_journal_that_could_not_be_written_when_it_was_opened_is_opened_again(
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")
-def test_another_users_project_is_opened_and_its_steps_wait() -> None:
+def test_steps_in_another_users_project_stay_pending() -> None:
     told: Told = []
     with tempfile.TemporaryDirectory() as made:
         Path(made).chmod(0o755)
@@ -427,7 +431,7 @@ def test_another_users_project_is_opened_and_its_steps_wait() -> None:
     assert [failure and failure.code for failure in told] == ["disk.no-permission"]
 
 
-def test_a_project_that_another_program_holds_is_not_opened_without_its_lock(
+def test_project_locked_by_another_program_cannot_be_opened(
     tmp_path: Path,
 ) -> None:
     project = ProjectFolder.create(tmp_path / "a.vom")

@@ -34,7 +34,7 @@ def records() -> dict[str, Record]:
     return {each.id: each for each in (*DEFAULT_TYPES, model, trace)}
 
 
-def test_the_figures_stay_and_the_verdict_follows_the_profile(records: dict[str, Record]) -> None:
+def test_profile_changes_the_verdict_but_not_the_measurements(records: dict[str, Record]) -> None:
     measurements = Measurements()
     before = measurements.of(records, ["t"])["t"]
     judged = {**records, **edits.judge_by(records, OWN).after}
@@ -49,7 +49,7 @@ def test_the_figures_stay_and_the_verdict_follows_the_profile(records: dict[str,
     assert measurements.of(records, ["t"])["t"].verdict == before.verdict
 
 
-def test_a_profile_touches_every_feature(records: dict[str, Record]) -> None:
+def test_every_feature_depends_on_the_profile(records: dict[str, Record]) -> None:
     trace = records["t"]
     assert isinstance(trace, Trace)
     assert depends_on(records, trace, {PROFILE_ID})
@@ -77,20 +77,20 @@ def test_a_profile_touches_every_feature(records: dict[str, Record]) -> None:
         ),
     ],
 )
-def test_limits_that_cannot_be_are_refused(
+def test_invalid_limits_are_rejected(
     records: dict[str, Record], limits: object, code: str, field: str
 ) -> None:
     with refused(code, DocumentError, field=field):
         edits.judge_by(records, limits)  # type: ignore[arg-type]
 
 
-def test_the_profile_of_today_is_no_step(records: dict[str, Record]) -> None:
+def test_selecting_the_current_profile_is_rejected_as_no_change(records: dict[str, Record]) -> None:
     judged = {**records, **edits.judge_by(records, OWN).after}
     with refused("edit.no-change", DocumentError):
         edits.judge_by(judged, OWN)  # type: ignore[arg-type]
 
 
-def test_it_is_written_and_read_again(records: dict[str, Record]) -> None:
+def test_profile_edit_survives_encoding(records: dict[str, Record]) -> None:
     first = edits.judge_by(records, OWN)
     again = decode_edit(first.label, *encode_edit(first), records)
     assert again.after == first.after
@@ -99,7 +99,7 @@ def test_it_is_written_and_read_again(records: dict[str, Record]) -> None:
     assert decode_edit(second.label, *encode_edit(second), judged).after == second.after  # type: ignore[arg-type]
 
 
-def test_a_damaged_profile_is_named(records: dict[str, Record]) -> None:
+def test_damaged_profile_is_rejected(records: dict[str, Record]) -> None:
     edit = edits.judge_by(records, OWN)
     before, after = encode_edit(edit)
     after[PROFILE_ID]["limits"]["good_M"] = "four"
@@ -107,7 +107,7 @@ def test_a_damaged_profile_is_named(records: dict[str, Record]) -> None:
         decode_edit(edit.label, before, after, records)
 
 
-def test_a_project_keeps_its_profile_and_undo_takes_it_back(tmp_path: Path) -> None:
+def test_profile_is_saved_with_the_project_and_can_be_undone(tmp_path: Path) -> None:
     with closing(ProjectFolder.create(tmp_path / "cliff.vom")) as project:
         edit = edits.judge_by(project.session.records, OWN)
         project.session.apply(edit)
@@ -122,7 +122,7 @@ def test_a_project_keeps_its_profile_and_undo_takes_it_back(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     "profile", [DEFAULT_THRESHOLDS, TEXTBOOK_THRESHOLDS, OWN], ids=lambda each: each.profile
 )
-def test_every_file_of_verdicts_names_the_profile_and_its_limits(
+def test_exported_verdicts_state_the_profile_and_its_limits(
     records: dict[str, Record], tmp_path: Path, profile: Thresholds
 ) -> None:
     judged = records

@@ -10,7 +10,7 @@ from vomstudio.registration.placing import register_points
 
 @pytest.mark.parametrize("stated", [True, False])
 @pytest.mark.parametrize("wrong_m", [0.5, 5.0, 50.0])
-def test_the_wrong_point_alone_is_named(stated: bool, wrong_m: float) -> None:
+def test_only_the_wrong_point_is_reported(stated: bool, wrong_m: float) -> None:
     for seed in range(5):
         chance = np.random.default_rng(seed)
         model = chance.uniform([0, 0, 0], [100, 90, 12], (8, 3))
@@ -23,7 +23,7 @@ def test_the_wrong_point_alone_is_named(stated: bool, wrong_m: float) -> None:
         assert found.blunders[0].error_m == pytest.approx(wrong_m, abs=0.2)
 
 
-def test_two_wrong_points_are_named_and_the_first_suspect_is_cleared() -> None:
+def test_two_wrong_points_are_reported_and_no_correct_ones() -> None:
     for seed in range(5):
         chance = np.random.default_rng(seed)
         model = chance.uniform([0, 0, 0], [100, 90, 12], (12, 3))
@@ -35,7 +35,7 @@ def test_two_wrong_points_are_named_and_the_first_suspect_is_cleared() -> None:
 
 
 @pytest.mark.parametrize("stated", [True, False])
-def test_of_six_points_two_wrong_ones_are_named(stated: bool) -> None:
+def test_two_wrong_points_among_six_are_reported(stated: bool) -> None:
     for seed in range(4):
         chance = np.random.default_rng(seed)
         model = chance.uniform([0, 0, 0], [30, 12, 15], (6, 3))
@@ -49,7 +49,7 @@ def test_of_six_points_two_wrong_ones_are_named(stated: bool) -> None:
         assert {b.label for b in found.blunders} == {str(row + 1) for row in bad.tolist()}
 
 
-def test_of_six_right_points_none_is_named() -> None:
+def test_six_correct_points_give_no_blunder() -> None:
     for seed in range(10):
         chance = np.random.default_rng(seed)
         model = chance.uniform([0, 0, 0], [30, 12, 15], (6, 3))
@@ -58,7 +58,7 @@ def test_of_six_right_points_none_is_named() -> None:
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
-def test_what_is_wrong_is_said_before_its_consequences(mirrored: bool) -> None:
+def test_causes_are_reported_before_their_consequences(mirrored: bool) -> None:
     """More points would not help where one is wrong, or all are mirrored."""
     chance = np.random.default_rng(3)
     model = chance.uniform([0, 0, 0], [20, 18, 12], (8, 3))

@@ -55,7 +55,7 @@ def bent(curvature: float, seed: int = 3) -> Evidence:
 
 @pytest.mark.full
 @pytest.mark.parametrize("curvature", first_in_default_tier([0.0004, -0.0004]))
-def test_a_bent_model_is_named_by_its_gimbals(curvature: float) -> None:
+def test_gimbal_angles_reveal_a_bowed_model(curvature: float) -> None:
     """2 c r at 71 m, the corner, is 3.2 degrees."""
     bowed = with_code(register(bent(curvature)).warnings, "registration.bowed")
     (finding,) = [each for each in bowed if each.values["source"] == "verticals"]
@@ -81,7 +81,7 @@ def bent_points(curvature: float, n: int, turned: np.ndarray) -> Evidence:
 @pytest.mark.parametrize(
     ("curvature", "word"), first_in_default_tier([(0.0004, "dish"), (-0.0004, "dome")], 2)
 )
-def test_a_dome_is_told_from_a_dish(source: str, curvature: float, word: str) -> None:
+def test_dome_and_dish_are_distinguished(source: str, curvature: float, word: str) -> None:
     """z = c r^2: the edges of a dome are below its middle."""
     if source == "control":
         evidence = bent_points(curvature, 16, np.eye(3))
@@ -100,7 +100,7 @@ def test_a_dome_is_told_from_a_dish(source: str, curvature: float, word: str) ->
 
 
 @pytest.mark.parametrize(("curvature", "azimuth"), [(0.0004, 217), (-0.0004, 37)])
-def test_a_wall_says_towards_where_its_edges_bend(curvature: float, azimuth: int) -> None:
+def test_bowed_wall_reports_the_azimuth_of_bending(curvature: float, azimuth: int) -> None:
     """Its normal w, by which c counts, looks to 217 degrees and up by 5."""
     w = Line(217.0, -5.0).vector()
     along = np.cross([0.0, 0.0, 1.0], w)
@@ -111,5 +111,5 @@ def test_a_wall_says_towards_where_its_edges_bend(curvature: float, azimuth: int
     assert finding.values["where"].endswith(f"{azimuth:03d}")
 
 
-def test_a_straight_model_is_not() -> None:
+def test_straight_model_is_not_reported_as_bowed() -> None:
     assert not with_code(register(bent(0.0)).warnings, "registration.bowed")

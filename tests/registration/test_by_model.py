@@ -31,7 +31,7 @@ QUICK = Case(n=(2_500, 3_500), size=9.0)
 
 
 # --- the fit --------------------------------------------------------------------------------------
-def test_a_turned_and_shifted_model_comes_back() -> None:
+def test_rotated_and_shifted_model_is_registered_accurately() -> None:
     found = once(Case(n=(10_000, 15_000), size=14.0), 1)
     assert np.abs(found.off_deg).max() < 0.03
     assert (found.stated_deg < 0.06).all()
@@ -46,7 +46,7 @@ def test_a_turned_and_shifted_model_comes_back() -> None:
 
 
 @pytest.mark.full
-def test_the_stated_error_holds() -> None:
+def test_stated_error_covers_the_true_rotation_error() -> None:
     """Eight quick ones: chance leaves one of 24 axes outside; the benchmark has hundreds."""
     found = [once(QUICK, seed) for seed in range(200, 208)]
     off = np.array([np.abs(one.off_deg) for one in found])
@@ -57,14 +57,14 @@ def test_the_stated_error_holds() -> None:
 
 
 @pytest.mark.full
-def test_an_unknown_scale_is_found_with_its_error() -> None:
+def test_unknown_scale_is_estimated_with_its_error() -> None:
     found = once(Case(n=(6_000, 8_000), size=12.0, scale=True), 5)
     assert abs(found.off_scale) <= 1.5 * found.stated_scale
     assert found.stated_scale < 0.01
     assert np.abs(found.off_deg / found.stated_deg).max() < 1.6
 
 
-def test_a_flat_wall_leaves_free_what_it_cannot_hold() -> None:
+def test_flat_wall_leaves_sliding_and_rotation_undetermined() -> None:
     found = once(Case(n=(3_000, 4_000), size=12.0, relief=smooth), 2)
     # It faces south: a turn about north, along its normal, shows nowhere; nor does sliding.
     assert np.isnan(found.stated_deg[1])
@@ -79,7 +79,7 @@ def test_a_flat_wall_leaves_free_what_it_cannot_hold() -> None:
     assert abs(np.cos(np.radians(weakest.trend_deg))) > 0.99
 
 
-def test_points_hold_what_the_wall_leaves_free() -> None:
+def test_points_determine_the_parameters_that_the_wall_leaves_free() -> None:
     case = Case(n=(3_000, 4_000), size=12.0, relief=smooth)
     found = once(case, 2)
     there = np.array([[1.0, 0, 1], [11, 0, 1], [11, 0, 11], [1, 0, 11]])
@@ -96,7 +96,7 @@ def test_points_hold_what_the_wall_leaves_free() -> None:
     assert north[1] == pytest.approx(north[0], rel=0.1)
 
 
-def test_what_has_moved_is_left_out_by_the_mask() -> None:
+def test_mask_excludes_moved_areas() -> None:
     rng = np.random.default_rng(7)
     reference, model = (sampled(9_000, rng, 0.005, 12.0) for _ in range(2))
     fallen = model[:, 0] > 6.0
@@ -112,7 +112,7 @@ def test_what_has_moved_is_left_out_by_the_mask() -> None:
 
 
 @pytest.mark.full
-def test_a_bent_model_is_told_of() -> None:
+def test_bent_model_is_reported() -> None:
     rng = np.random.default_rng(7)
     reference, model = (sampled(6_000, rng, 0.005, 12.0) for _ in range(2))
     options = {"spacing": (0.16, 0.16), "include_scale": False}
@@ -124,7 +124,7 @@ def test_a_bent_model_is_told_of() -> None:
     assert bent.rms_m > 1.5 * straight.rms_m
 
 
-def test_coordinates_of_a_grid_lose_no_digits() -> None:
+def test_large_grid_coordinates_keep_their_precision() -> None:
     rng = np.random.default_rng(8)
     reference, model = sampled(4_000, rng, 0.01, 10.0), sampled(3_000, rng, 0.01, 10.0)
     options = {"spacing": (0.18, 0.16), "include_scale": False}
@@ -137,7 +137,7 @@ def test_coordinates_of_a_grid_lose_no_digits() -> None:
     assert placed(model) == pytest.approx(far.observation.start(model), abs=1e-6)
 
 
-def test_what_does_not_overlap_is_refused() -> None:
+def test_models_without_overlap_are_rejected() -> None:
     rng = np.random.default_rng(9)
     reference, model = sampled(2_000, rng, 0.01), sampled(2_000, rng, 0.01)
     with refused("reference.apart", GeometryError):
@@ -155,7 +155,7 @@ def test_what_does_not_overlap_is_refused() -> None:
         )
 
 
-def test_it_can_be_cancelled() -> None:
+def test_fit_can_be_cancelled() -> None:
     token = CancelToken()
     token.cancel()
     rng = np.random.default_rng(9)
@@ -200,7 +200,7 @@ def clustered(seed: int, blocks: int = 16, each: int = 4) -> tuple[Refinement, A
 
 
 @pytest.mark.full
-def test_errors_that_blocks_share_are_in_the_stated_one() -> None:
+def test_stated_error_includes_correlated_errors_within_blocks() -> None:
     """Least squares, where the truth is 0: the share within 95 %, of turns and of the shift."""
     inside, naive = [], []
     for seed in range(200):
@@ -221,7 +221,7 @@ def test_errors_that_blocks_share_are_in_the_stated_one() -> None:
     assert taken == pytest.approx(2 * norm.cdf(1.96 / np.sqrt(2.5)) - 1, abs=0.09)
 
 
-def test_the_stated_error_is_that_of_fits_without_one_block_after_the_other() -> None:
+def test_stated_error_matches_leave_one_block_out_fits() -> None:
     found, _ = clustered(3)
     spread = jackknife_error(found, 0.5)
     covariance = np.linalg.pinv(spread.whitening) @ np.linalg.pinv(spread.whitening).T
@@ -239,7 +239,7 @@ def test_the_stated_error_is_that_of_fits_without_one_block_after_the_other() ->
     assert (stated <= 1.2 * scatter).all()
 
 
-def test_information_that_noise_makes_up_is_none() -> None:
+def test_directions_dominated_by_noise_are_undetermined() -> None:
     information = np.diag([9.0, 4.0, 1.0, 0.0, 16.0, 25.0, 1.0])
     noise = np.diag([0.9, 0.4, 0.8, 0.0, 0.0, 0.0, 0.2])
     held = determined_directions(information, noise)
@@ -257,7 +257,7 @@ def combined(sigma: Array) -> SimilarityObservation:
     )
 
 
-def test_the_observation_alone_gives_itself_and_its_covariance() -> None:
+def test_single_observation_is_reproduced_with_its_covariance() -> None:
     sigma = np.array([1e-3, 2e-3, 3e-3, 1e-4, 0.01, 0.02, 0.03])
     given = combined(sigma)
     model = np.random.default_rng(1).uniform(-20, 20, (50, 3))
@@ -272,7 +272,7 @@ def test_the_observation_alone_gives_itself_and_its_covariance() -> None:
     assert placed.warnings == ()
 
 
-def test_its_derivatives_are_those_of_its_misses() -> None:
+def test_design_matrix_contains_the_derivatives_of_the_residuals() -> None:
     given = combined(np.full(7, 0.1))
     centre = FAR + [3.0, -2.0, 5.0]
     rows = given.rows(given.start, centre)
@@ -291,7 +291,7 @@ def test_its_derivatives_are_those_of_its_misses() -> None:
         assert change / 1e-4 == pytest.approx(rows.design[:, column], abs=2e-2)
 
 
-def test_points_and_the_observation_add_their_information() -> None:
+def test_two_observations_add_their_information() -> None:
     """Of the mean of two measurements with errors s and t the variance is st / (s + t)."""
     sigma = np.array([1e-3, 1e-3, 1e-3, 1e-4, 0.02, 0.02, 0.02])
     given = combined(sigma)
@@ -307,7 +307,7 @@ def test_points_and_the_observation_add_their_information() -> None:
     )
 
 
-def test_points_that_contradict_it_are_named() -> None:
+def test_point_contradicting_the_observation_is_reported() -> None:
     sigma = np.array([1e-4, 1e-4, 1e-4, 1e-5, 0.002, 0.002, 0.002])
     given = combined(sigma)
     model = np.random.default_rng(1).uniform(-20, 20, (6, 3))
@@ -322,14 +322,14 @@ def test_points_that_contradict_it_are_named() -> None:
 
 
 # --- masks ----------------------------------------------------------------------------------------
-def test_a_cloud_is_a_mask_for_what_lies_near_it() -> None:
+def test_cloud_masks_the_points_near_it() -> None:
     points = np.column_stack([np.linspace(0, 10, 101), np.zeros(101), np.zeros(101)]) + FAR
     flags, reach = find_near_cloud(points, points[:11], 0.1)
     assert reach == pytest.approx(0.3)
     assert flags.sum() in (13, 14)
 
 
-def test_polygons_are_a_mask_seen_from_above(tmp_path) -> None:
+def test_polygons_mask_points_in_plan_view(tmp_path) -> None:
     import json
 
     ring = [[0, 0], [5, 0], [5, 5], [0, 5], [0, 0]]
@@ -358,7 +358,7 @@ def test_polygons_are_a_mask_seen_from_above(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("crs", ["EPSG:4326", "EPSG:3857", "EPSG:32634"])
-def test_polygons_of_another_system_are_converted(tmp_path, crs: str) -> None:
+def test_polygons_in_another_crs_are_converted(tmp_path, crs: str) -> None:
     places = bed_grid(side_m=60.0, step_m=3.0)
     low, high = places.min(axis=0) + 14.0, places.max(axis=0) - 14.0
     ring = np.array(

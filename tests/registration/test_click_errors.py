@@ -37,7 +37,7 @@ def pairs(sigma: Array = SIGMA) -> Pairs:
     return Pairs(tuple("ABCDEFG"), MODEL, WORLD, sigma, np.zeros(7, bool))
 
 
-def test_survey_and_click_add_up_as_independent_errors() -> None:
+def test_survey_and_click_errors_are_added_in_quadrature() -> None:
     with_click = register_points(MODEL, WORLD, SIGMA, click_sigma_m=0.04)
     together = register_points(MODEL, WORLD, np.hypot(SIGMA, 0.04))
     np.testing.assert_allclose(with_click.covariance, together.covariance)
@@ -46,7 +46,7 @@ def test_survey_and_click_add_up_as_independent_errors() -> None:
     assert NO_CLICK_ERROR not in codes(with_click)
 
 
-def test_the_default_is_half_the_resolution_in_the_unit_of_the_model() -> None:
+def test_default_click_error_is_half_the_model_resolution() -> None:
     by_resolution = register(Evidence(pairs=pairs(), resolution=0.04))
     given = register(Evidence(pairs=pairs(), click_sigma_m=0.5 * 0.04 * by_resolution.scale))
     assert by_resolution.click_sigma_m == pytest.approx(0.04, rel=0.01)
@@ -54,7 +54,7 @@ def test_the_default_is_half_the_resolution_in_the_unit_of_the_model() -> None:
     assert NO_CLICK_ERROR not in codes(by_resolution)
 
 
-def test_a_click_of_unknown_error_is_reported_where_accuracies_are_stated() -> None:
+def test_unknown_click_error_is_reported_if_accuracies_are_stated() -> None:
     exact = register_points(MODEL, WORLD, SIGMA)
     assert exact.click_sigma_m == 0.0
     assert NO_CLICK_ERROR in codes(exact)
@@ -62,7 +62,7 @@ def test_a_click_of_unknown_error_is_reported_where_accuracies_are_stated() -> N
     assert NO_CLICK_ERROR not in codes(register_points(MODEL, WORLD, SIGMA, click_sigma_m=0.0))
 
 
-def test_errors_that_differ_with_the_direction_weigh_as_generalised_least_squares() -> None:
+def test_anisotropic_errors_give_the_generalised_least_squares_covariance() -> None:
     """The covariance is (J' V^-1 J)^-1 of the definition, whatever the axes of the errors."""
     factors = np.random.default_rng(3).normal(size=(7, 3, 3)) * 0.02
     covariance = factors @ np.swapaxes(factors, 1, 2) + 1e-4 * np.eye(3)
@@ -75,7 +75,7 @@ def test_errors_that_differ_with_the_direction_weigh_as_generalised_least_square
     np.testing.assert_allclose(placed.covariance, np.linalg.inv(information), rtol=1e-4, atol=1e-12)
 
 
-def test_errors_of_points_turn_with_world() -> None:
+def test_point_errors_rotate_with_the_world() -> None:
     factors = np.random.default_rng(3).normal(size=(7, 3, 3)) * 0.02
     points = Points(
         list("ABCDEFG"), MODEL, WORLD, SIGMA, covariance=factors @ np.swapaxes(factors, 1, 2)
@@ -87,7 +87,7 @@ def test_errors_of_points_turn_with_world() -> None:
 
 
 @pytest.mark.full
-def test_accuracies_that_are_too_small_make_no_blunders() -> None:
+def test_optimistic_accuracies_do_not_cause_false_blunders() -> None:
     """The click is four times as bad as stated: right points are not accused, a wrong one is."""
     flagged = found = 0
     for seed in range(30):
@@ -103,7 +103,7 @@ def test_accuracies_that_are_too_small_make_no_blunders() -> None:
 
 
 @pytest.mark.parametrize("sigma", [True, False])
-def test_control_points_drift_as_cameras_do(sigma: bool) -> None:
+def test_drift_is_reported_for_control_points_as_for_cameras(sigma: bool) -> None:
     rng = np.random.default_rng(5)
     n, rho = 30, 0.9
     model = np.column_stack([np.linspace(0, 200, n), np.tile([0.0, 40.0], n // 2), rng.random(n)])
@@ -133,7 +133,7 @@ def table(folder: Path) -> Path:
     return path
 
 
-def test_command_and_python_take_the_same_error(
+def test_command_and_python_apply_the_same_click_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = str(table(tmp_path))
@@ -151,7 +151,9 @@ def test_command_and_python_take_the_same_error(
     assert NO_CLICK_ERROR in [each["code"] for each in result["warnings"]]
 
 
-def test_a_model_file_gives_the_default(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_default_click_error_comes_from_the_model_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     mesh = tmp_path / "faces.obj"
     mesh.write_text(
         "v 0 0 0\nv 3 0 0\nv 0 4 0\nv 40 25 15\nv 43 25 15\nv 40 29 15\nf 1 2 3\nf 4 5 6\n"
@@ -163,6 +165,6 @@ def test_a_model_file_gives_the_default(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 @pytest.mark.parametrize("value", ["-0.01", "x", "1e9", "nan"])
-def test_errors_that_no_click_has_are_refused(value: str, tmp_path: Path) -> None:
+def test_invalid_click_error_is_rejected(value: str, tmp_path: Path) -> None:
     path = str(table(tmp_path))
     assert main(["register", "-", "--pairs", path, f"--click-sigma={value}"]) == 2

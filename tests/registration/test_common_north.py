@@ -39,7 +39,7 @@ def turns_named(placed) -> list[Finding]:
 
 
 @pytest.mark.parametrize("off", [-35.0, -9.0, 4.0, 9.0, 20.0])
-def test_the_angle_is_named_where_points_know_north_with_its_sign(off) -> None:
+def test_compass_offset_is_reported_with_its_sign_if_points_fix_north(off) -> None:
     rng = np.random.default_rng(1)
     placed = place([points(rng), planes(rng, 8, off)])
     (finding,) = turns_named(placed)
@@ -48,25 +48,25 @@ def test_the_angle_is_named_where_points_know_north_with_its_sign(off) -> None:
     assert not placed.blunders, "none of the readings is wrong beside the others"
 
 
-def test_without_noise_it_is_found_to_a_hundredth() -> None:
+def test_compass_offset_without_noise_is_estimated_to_0_01_degrees() -> None:
     rng = np.random.default_rng(1)
     placed = place([points(rng, noise=0.0), planes(rng, 6, 12.34, noise_deg=0.0)])
     assert turns_named(placed)[0].values["turn_deg"] == pytest.approx(12.34, abs=0.01)
 
 
 @pytest.mark.slow
-def test_a_right_compass_is_hardly_ever_accused() -> None:
+def test_correct_compass_is_rarely_reported() -> None:
     rng = np.random.default_rng(4)
     named = sum(bool(turns_named(place([points(rng), planes(rng, 6, 0.0)]))) for _ in range(200))
     assert named <= 2
 
 
-def test_a_compass_alone_is_not_held_against_itself() -> None:
+def test_compass_offset_is_not_reported_without_points() -> None:
     rng = np.random.default_rng(1)
     assert not turns_named(place([planes(rng, 8, 9.0)]))
 
 
-def test_a_wrong_reading_is_named_beside_a_turned_compass() -> None:
+def test_wrong_reading_is_reported_in_addition_to_the_compass_offset() -> None:
     rng = np.random.default_rng(3)
     read = planes(rng, 8, 9.0)
     away = Rotation.from_rotvec([0.5, 0.3, 0.0]).as_matrix()
@@ -76,7 +76,7 @@ def test_a_wrong_reading_is_named_beside_a_turned_compass() -> None:
     assert [blunder.label for blunder in placed.blunders] == ["C4"]
 
 
-def test_the_doubt_is_one_for_all_readings_however_many_and_of_whatever_kind() -> None:
+def test_compass_uncertainty_is_common_to_all_readings() -> None:
     """Of very good readings nothing but the doubt is left about the vertical."""
     rng = np.random.default_rng(1)
     for n in (4, 40):
@@ -97,7 +97,7 @@ def test_the_doubt_is_one_for_all_readings_however_many_and_of_whatever_kind() -
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("n", "deg", "north"), [(8, 2.0, 5.0), (5, 3.0, 10.0)])
-def test_the_stated_error_holds_where_the_bias_is_drawn_from_its_doubt(n, deg, north) -> None:
+def test_stated_error_covers_a_random_compass_bias(n, deg, north) -> None:
     found = outcome(Case("planes", _compass(n, deg, north)), 400, seed=7)
     # 400 know a share of 95 % to 1.1 %, one sigma.
     for share in (found.up, found.east, found.north):

@@ -52,7 +52,7 @@ def cube() -> Mesh:
 
 # --- meshes ---------------------------------------------------------------------------------------
 @pytest.mark.full
-def test_the_distance_of_a_cube_is_that_of_its_formula() -> None:
+def test_distance_to_a_cube_matches_its_formula() -> None:
     box = cube()
     places = np.random.default_rng(1).uniform(-3, 3, (4000, 3))
     off = np.abs(places) - 1.0
@@ -66,7 +66,7 @@ def test_the_distance_of_a_cube_is_that_of_its_formula() -> None:
         assert np.linalg.norm(sides.mean_normal) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_the_distance_to_a_rough_mesh_is_that_of_open3d() -> None:
+def test_distance_to_a_rough_mesh_matches_open3d() -> None:
     import open3d as o3d
 
     rng = np.random.default_rng(2)
@@ -83,7 +83,7 @@ def test_the_distance_to_a_rough_mesh_is_that_of_open3d() -> None:
     assert np.abs(found.distance) == pytest.approx(theirs, abs=2e-6)
 
 
-def test_points_beyond_the_edge_have_no_distance_and_those_before_it_do() -> None:
+def test_only_points_within_the_benchmark_edge_have_a_distance() -> None:
     model = PointCloud(grid(62) + [-1.05, -1.05, 0.02])
     found = compare(model, sheet(41))
     # As far beyond it as the model's points are apart they are still taken.
@@ -94,7 +94,7 @@ def test_points_beyond_the_edge_have_no_distance_and_those_before_it_do() -> Non
     assert with_code(found.warnings, "comparison.partial")
 
 
-def test_the_side_is_that_of_the_winding() -> None:
+def test_distance_sign_follows_the_face_winding() -> None:
     ground = sheet(21)
     above = PointCloud(grid(21) + [0.0, 0.0, 0.3])
     turned = Mesh(ground.vertices, np.ascontiguousarray(ground.faces[:, ::-1]))
@@ -105,7 +105,7 @@ def test_the_side_is_that_of_the_winding() -> None:
     assert compare(above, cube()).positive_toward is None
 
 
-def test_faces_without_area_and_places_that_are_nowhere() -> None:
+def test_degenerate_faces_and_nan_positions_are_ignored() -> None:
     ground = sheet(5)
     faces = np.concatenate([ground.faces, [[0, 0, 1], [3, 3, 3]]]).astype(np.int32)
     places = np.array([[0.2, 0.2, 0.1], [np.nan, 0, 0], [0.0, 0.0, -0.2]])
@@ -114,7 +114,7 @@ def test_faces_without_area_and_places_that_are_nowhere() -> None:
 
 
 # --- clouds ---------------------------------------------------------------------------------------
-def test_two_noisy_planes_lie_apart_by_what_is_between_them() -> None:
+def test_distance_between_noisy_planes_matches_their_offset() -> None:
     rng = np.random.default_rng(3)
     tilt = np.array([[0.6, 0, 0.8], [0, 1, 0], [-0.8, 0, 0.6]])
     n, offset, noise = 40, 0.08, 0.01
@@ -134,7 +134,7 @@ def test_two_noisy_planes_lie_apart_by_what_is_between_them() -> None:
     assert side.trend_deg == pytest.approx(90.0, abs=1.0)
 
 
-def test_the_sides_of_a_cloud_all_around_a_body_agree() -> None:
+def test_distance_signs_agree_around_a_closed_cloud() -> None:
     rng = np.random.default_rng(4)
     ball = rng.normal(size=(6000, 3))
     ball /= np.linalg.norm(ball, axis=1, keepdims=True)
@@ -180,7 +180,7 @@ def ours(normals: Array | None = None) -> m3c2.Projection:
     )
 
 
-def test_m3c2_gives_what_py4dgeo_gives() -> None:
+def test_m3c2_matches_stored_py4dgeo_results() -> None:
     """The numbers are those of py4dgeo 1.2.0, `M3C2(cyl_radius=0.4, normal_radii=(0.8,),
     max_distance=1.0, registration_error=0.01)` on these clouds; its distances are those of the
     second from the first."""
@@ -216,7 +216,7 @@ def test_m3c2_gives_what_py4dgeo_gives() -> None:
     assert found.normal[0] == pytest.approx([-0.25599857, -0.01153167, 0.96660838], abs=1e-7)
 
 
-def test_m3c2_is_that_of_the_py4dgeo_that_is_installed() -> None:
+def test_m3c2_matches_the_installed_py4dgeo() -> None:
     py4dgeo = pytest.importorskip("py4dgeo")
     first, second = waves(6000, 1, 0.0), waves(5000, 2, 0.05)
     theirs = py4dgeo.M3C2(
@@ -234,7 +234,7 @@ def test_m3c2_is_that_of_the_py4dgeo_that_is_installed() -> None:
 
 
 @pytest.mark.full
-def test_the_level_of_detection_of_two_planes_is_that_of_the_formula() -> None:
+def test_level_of_detection_matches_the_formula() -> None:
     """Regular points, so that their number in a cylinder is known; noise of one size."""
     rng = np.random.default_rng(5)
     step, noise, reg, radius = 0.05, 0.01, 0.003, 0.5
@@ -261,7 +261,7 @@ def test_the_level_of_detection_of_two_planes_is_that_of_the_formula() -> None:
     assert (found.normal_radius_m, found.registration_error_m) == (1.0, reg)
 
 
-def test_the_share_of_false_alarms_is_that_of_the_level() -> None:
+def test_false_alarm_rate_matches_the_significance_level() -> None:
     """Cylinders that share no point: independent trials."""
     rng = np.random.default_rng(6)
     x, y = np.meshgrid(np.arange(30.0), np.arange(30.0))
@@ -277,7 +277,7 @@ def test_the_share_of_false_alarms_is_that_of_the_level() -> None:
     assert share == pytest.approx(0.05, abs=3 * np.sqrt(0.05 * 0.95 / 900))
 
 
-def test_a_tilt_shows_in_precision_and_not_in_accuracy() -> None:
+def test_tilt_affects_the_standard_deviation_but_not_the_mean() -> None:
     bench, turn = grid(41), np.radians(2.0)
     model = grid(41)
     model[:, 2] = (model[:, 0] - 2.0) * np.tan(turn)
@@ -287,7 +287,7 @@ def test_a_tilt_shows_in_precision_and_not_in_accuracy() -> None:
     assert with_code(found.warnings, "comparison.error-assumed")
 
 
-def test_large_faces_get_points_and_that_is_said() -> None:
+def test_large_faces_are_densified_and_reported() -> None:
     ground = sheet(3, 2.0)
     points, added = surface_points(ground, 0.1)
     assert added == pytest.approx(16 / 0.01, rel=0.02)
@@ -298,7 +298,7 @@ def test_large_faces_get_points_and_that_is_said() -> None:
     assert with_code(found.warnings, "comparison.large-faces")
 
 
-def test_too_few_points_tell_no_level() -> None:
+def test_too_few_points_give_no_level_of_detection() -> None:
     found = compare(
         PointCloud(grid(21) + [0, 0, 0.1]),
         PointCloud(grid(21)),
@@ -311,7 +311,7 @@ def test_too_few_points_tell_no_level() -> None:
     assert with_code(found.warnings, "comparison.few-points")
 
 
-def test_files_with_odd_contents() -> None:
+def test_invalid_points_normals_and_faces_are_tolerated() -> None:
     """Points that are nowhere, normals of zero, a mesh without faces, a benchmark of one point."""
     flat = grid(21)
     raised = flat + [0, 0, 0.1]
@@ -330,7 +330,7 @@ def test_files_with_odd_contents() -> None:
 
 
 # --- what cannot be -------------------------------------------------------------------------------
-def test_statistics_by_hand() -> None:
+def test_statistics_match_hand_calculation() -> None:
     told = statistics(np.array([1.0, 2.0, 6.0, np.nan]), np.array([1.5, 1.0, np.nan, 0.1]))
     assert told == {
         "n": 3,
@@ -345,7 +345,7 @@ def test_statistics_by_hand() -> None:
     }
 
 
-def test_models_far_apart_are_refused_with_the_distance() -> None:
+def test_models_without_overlap_are_rejected() -> None:
     with refused("reference.no-overlap", GeometryError):
         compare(PointCloud(grid(5)), PointCloud(grid(5) + FAR))
     with refused("comparison.no-overlap", GeometryError):
@@ -354,7 +354,7 @@ def test_models_far_apart_are_refused_with_the_distance() -> None:
         compare(PointCloud(np.zeros((0, 3))), sheet(5))
 
 
-def test_reference_systems_are_compared() -> None:
+def test_crs_mismatch_is_reported() -> None:
     names = ("a.las", "b.obj")
     assert crs_findings(None, None, names) == []
     assert crs_findings("EPSG:32633", "EPSG:32633", names) == []
@@ -370,7 +370,7 @@ def test_reference_systems_are_compared() -> None:
     assert finding.code == "crs.other-heights"
 
 
-def test_it_can_be_cancelled() -> None:
+def test_comparison_can_be_cancelled() -> None:
     token = CancelToken()
     token.cancel()
     with pytest.raises(Cancelled):

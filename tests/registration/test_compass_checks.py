@@ -28,14 +28,14 @@ def normals(azimuth: Array, dip: Array) -> Array:
     return np.column_stack([np.sin(d) * np.sin(a), np.sin(d) * np.cos(a), np.cos(d)])
 
 
-def test_right_readings_are_not_doubted() -> None:
+def test_correct_readings_give_no_finding() -> None:
     for seed in range(15):
         azimuth, dip, model = readings(seed)
         assert azimuth_findings(LABELS, model, normals(azimuth, dip)) == []
 
 
 @pytest.mark.parametrize("given", [-90.0, 90.0, 180.0])
-def test_two_wrong_azimuths_are_named_with_what_is_to_be_added(given: float) -> None:
+def test_two_wrong_azimuths_are_reported_with_their_correction(given: float) -> None:
     for seed in range(8):
         azimuth, dip, model = readings(seed)
         azimuth[[3, 6]] += given

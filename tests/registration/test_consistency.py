@@ -35,11 +35,11 @@ def told(seed: int, lens: float = 1.0) -> list[Finding]:
 
 
 @pytest.mark.full
-def test_those_that_agree_are_seldom_called_contradictory() -> None:
+def test_consistent_points_and_cameras_are_rarely_reported() -> None:
     assert sum(bool(told(seed)) for seed in range(60)) <= 1
 
 
-def test_a_wrong_lens_shows_in_the_scale() -> None:
+def test_wrong_focal_length_is_reported_as_a_scale_difference() -> None:
     found = [told(seed, 1.05) for seed in range(5)]
     assert all(found)
     assert abs(found[0][0].values["scale_percent"]) == pytest.approx(5.0, abs=1.0)

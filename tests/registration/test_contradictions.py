@@ -95,7 +95,7 @@ def held(placed: ModelPlacement) -> bool:
 
 @pytest.mark.parametrize("n", [4, 6, 10])
 @pytest.mark.parametrize("wrong", [10.0, 45.0])
-def test_level_lines_that_are_wrong_do_not_tilt_good_points(n: int, wrong: float) -> None:
+def test_wrong_level_lines_do_not_tilt_good_points(n: int, wrong: float) -> None:
     rng = np.random.default_rng(n)
     placed = place([points(rng, n), levels(rng, wrong)])
     assert held(placed)
@@ -106,7 +106,7 @@ def test_level_lines_that_are_wrong_do_not_tilt_good_points(n: int, wrong: float
 
 @pytest.mark.parametrize("n", [4, 6, 10])
 @pytest.mark.parametrize(("wrong", "correction"), [(30.0, None), (90.0, -90.0), (180.0, -180.0)])
-def test_an_azimuth_that_is_wrong_is_named_and_does_not_turn_good_points(
+def test_wrong_azimuth_is_reported_and_does_not_rotate_good_points(
     n: int, wrong: float, correction: float | None
 ) -> None:
     rng = np.random.default_rng(n)
@@ -122,9 +122,7 @@ def test_an_azimuth_that_is_wrong_is_named_and_does_not_turn_good_points(
 
 @pytest.mark.parametrize("stated", [False, True])
 @pytest.mark.parametrize("n", [4, 6])
-def test_strikes_that_were_read_as_dip_directions_are_named_beside_points(
-    n: int, stated: bool
-) -> None:
+def test_strikes_read_as_dip_directions_are_reported(n: int, stated: bool) -> None:
     rng = np.random.default_rng(n)
     placed = place([points(rng, n), planes(rng, 90.0, stated)])
     assert held(placed)
@@ -133,7 +131,7 @@ def test_strikes_that_were_read_as_dip_directions_are_named_beside_points(
 
 
 @pytest.mark.parametrize("wrong", [5.0, 15.0, 175.0])
-def test_yaws_that_are_off_alike_are_named_and_the_points_stand(wrong: float) -> None:
+def test_common_yaw_offset_is_reported_and_points_are_kept(wrong: float) -> None:
     for seed in range(3):
         rng = np.random.default_rng(seed)
         placed = place([points(rng, 6), yaws(rng, wrong)])
@@ -144,7 +142,7 @@ def test_yaws_that_are_off_alike_are_named_and_the_points_stand(wrong: float) ->
 
 
 @pytest.mark.full
-def test_what_agrees_is_seldom_called_contradictory() -> None:
+def test_consistent_observations_are_rarely_reported() -> None:
     """Each of three tests is wrong in one of a thousand sound models."""
     said = 0
     for seed in range(25):
@@ -164,7 +162,7 @@ def test_what_agrees_is_seldom_called_contradictory() -> None:
     assert said <= 3
 
 
-def test_a_scale_that_is_kept_stands_against_points_that_fit_well_alone() -> None:
+def test_known_scale_is_kept_and_contradicting_points_are_reported() -> None:
     rng = np.random.default_rng(3)
     own = points(rng, 6)
     twice = Points(own.labels, own.model, ORIGIN + 2.0 * (own.world - ORIGIN), own.sigma)

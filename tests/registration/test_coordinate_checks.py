@@ -30,7 +30,7 @@ def degrees(world: Array) -> Array:
     return np.column_stack([*back.transform(world[:, 0], world[:, 1]), world[:, 2]])
 
 
-def test_right_coordinates_are_not_doubted() -> None:
+def test_correct_coordinates_give_no_finding() -> None:
     for seed in range(20):
         model, world = site(seed)
         assert not checks.is_far_from_others(world).any()
@@ -44,7 +44,7 @@ def test_right_coordinates_are_not_doubted() -> None:
         checks.require_on_model(model, model * 1.5)
 
 
-def test_one_point_with_easting_and_northing_exchanged() -> None:
+def test_point_with_swapped_easting_and_northing_is_reported() -> None:
     _, world = site()
     world[2] = world[2, [1, 0, 2]]
     far = checks.is_far_from_others(world)
@@ -53,7 +53,7 @@ def test_one_point_with_easting_and_northing_exchanged() -> None:
     assert (said.code, said.values["labels"]) == ("control.swapped-columns", ("P2",))
 
 
-def test_one_point_of_another_zone() -> None:
+def test_point_in_another_utm_zone_is_reported() -> None:
     _, world = site()
     to = Transformer.from_crs("EPSG:32615", "EPSG:32616", always_xy=True)
     world[5, :2] = to.transform(*world[5, :2])
@@ -61,7 +61,7 @@ def test_one_point_of_another_zone() -> None:
     assert (said.code, said.values["labels"]) == ("control.far-away", ("P5",))
 
 
-def test_two_labels_exchanged_are_told_from_one_wrong_point() -> None:
+def test_swapped_labels_are_distinguished_from_a_wrong_point() -> None:
     model, world = site()
     wrong = world.copy()
     wrong[[1, 4]] = world[[4, 1]]
@@ -73,7 +73,7 @@ def test_two_labels_exchanged_are_told_from_one_wrong_point() -> None:
 
 
 @pytest.mark.parametrize("latitude_first", [False, True])
-def test_degrees_beside_heights_in_metres(latitude_first: bool) -> None:
+def test_coordinates_in_degrees_are_reported(latitude_first: bool) -> None:
     table = degrees(site()[1])
     (said,) = checks.degree_findings(table[:, [1, 0, 2]] if latitude_first else table)
     assert said.code == "frame.maybe-degrees"
@@ -89,13 +89,13 @@ def test_degrees_beside_heights_in_metres(latitude_first: bool) -> None:
         (lambda w: w * [1, 1, -1], "control.swapped-columns", None),
     ],
 )
-def test_columns_that_mean_something_else(changed, code: str, axes: str | None) -> None:
+def test_misread_columns_are_reported(changed, code: str, axes: str | None) -> None:
     model, world = site()
     (found,) = checks.misreading_findings(model, changed(world))
     assert (found.code, found.values.get("axes")) == (code, axes)
 
 
-def test_feet_all_over_show_in_the_scale() -> None:
+def test_coordinates_in_feet_are_recognised_by_the_scale() -> None:
     (said,) = checks.scale_unit_findings(1 / 0.3048, 0.001)
     assert (said.code, said.values["unit"]) == ("control.scale-of-unit", "feet")
     assert checks.scale_unit_findings(1 / 0.3048, 0.2) == []
@@ -110,24 +110,24 @@ def test_feet_all_over_show_in_the_scale() -> None:
         (lambda w: w + [-1_100_000.0, 11_000.0, 0.0], "frame.not-metric"),
     ],
 )
-def test_coordinates_outside_their_system_are_refused(changed, code: str) -> None:
+def test_coordinates_outside_the_crs_are_rejected(changed, code: str) -> None:
     with pytest.raises(InputError) as refused:
         checks.check_area(changed(site()[1]), "EPSG:32615")
     assert refused.value.code == code
 
 
-def test_kilometres_are_reported() -> None:
+def test_coordinates_in_kilometres_are_reported() -> None:
     found = checks.check_area(site()[1] / 1000.0, "EPSG:32615")
     assert [finding.code for finding in found] == ["control.other-unit", "frame.outside-area"]
 
 
-def test_coordinates_beside_their_system_are_reported() -> None:
+def test_coordinates_outside_the_crs_area_are_reported() -> None:
     shifted = site()[1] + [-457_000.0, 11_000.0, 0.0]
     (found,) = checks.check_area(shifted, "EPSG:32615")
     assert found.code == "frame.outside-area"
 
 
-def test_a_system_that_does_not_suit_the_place_is_replaced() -> None:
+def test_suitable_crs_is_suggested_for_a_wrong_zone() -> None:
     lon_lat = degrees(site()[1])
     to = Transformer.from_crs("EPSG:4326", "EPSG:32613", always_xy=True)
     world = np.column_stack([*to.transform(lon_lat[:, 0], lon_lat[:, 1]), lon_lat[:, 2]])
@@ -136,21 +136,21 @@ def test_a_system_that_does_not_suit_the_place_is_replaced() -> None:
     assert refused.value.values["suggested_crs"] == "EPSG:32615"
 
 
-def test_a_table_of_another_frame_than_the_model_is_refused() -> None:
+def test_table_in_another_frame_than_the_model_is_rejected() -> None:
     model, world = site()
     with refused("registration.off-model", GeometryError):
         checks.require_on_model(model, world)
     checks.require_on_model(model, None)
 
 
-def test_a_model_that_knows_its_place_is_not_moved_far_in_silence() -> None:
+def test_large_shift_of_a_georeferenced_model_is_reported() -> None:
     _, world = site()
     (said,) = checks.relocation_findings(world, world + [457_000.0, 0.0, 0.0], "EPSG:32615")
     assert said.code == "registration.moved"
     assert said.values["distance_km"] == pytest.approx(457.0, abs=0.5)
 
 
-def test_a_model_that_knows_its_place_is_not_turned_in_silence() -> None:
+def test_rotation_of_a_georeferenced_model_is_reported() -> None:
     _, world = site()
     middle = world.mean(axis=0)
     turned = (world - middle) @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -158,7 +158,7 @@ def test_a_model_that_knows_its_place_is_not_turned_in_silence() -> None:
     assert (said.code, said.values["turn_deg"]) == ("registration.turned", pytest.approx(90.0))
 
 
-def test_cameras_that_look_up_and_positions_that_are_noise_are_told() -> None:
+def test_upward_views_and_noisy_camera_positions_are_reported() -> None:
     down = np.tile([0.0, 0.0, -1.0], (5, 1))
     assert checks.view_direction_findings(down) == []
     assert checks.view_direction_findings(np.tile([0.0, 1.0, 0.0], (5, 1))) == []
@@ -168,7 +168,7 @@ def test_cameras_that_look_up_and_positions_that_are_noise_are_told() -> None:
     assert (said.code, said.values["error_m"]) == ("cameras.noise", pytest.approx(60.0))
 
 
-def test_heights_that_were_not_measured_are_named() -> None:
+def test_constant_heights_are_reported() -> None:
     rng = np.random.default_rng(4)
     model = rng.uniform(-20, 20, (6, 3))
     level = np.column_stack([model[:, :2], np.full(6, 320.0)])
@@ -188,11 +188,11 @@ def test_heights_that_were_not_measured_are_named() -> None:
         (["P1", "P10", "P2"], False),
     ],
 )
-def test_labels_that_look_like_those_of_one_point(labels: list[str], alike: bool) -> None:
+def test_similar_labels_are_reported(labels: list[str], alike: bool) -> None:
     assert bool(checks.similar_label_findings(labels)) is alike
 
 
-def test_accuracies_in_another_unit_are_doubted() -> None:
+def test_accuracies_in_a_wrong_unit_are_reported() -> None:
     rng = np.random.default_rng(5)
     model = rng.uniform(-20, 20, (6, 3))
     there = model + rng.normal(0.0, 0.01, model.shape)
@@ -201,7 +201,7 @@ def test_accuracies_in_another_unit_are_doubted() -> None:
         assert bool(with_code(found.warnings, "registration.residuals-small")) is doubted
 
 
-def test_two_mistakes_that_hide_each_other_are_both_named() -> None:
+def test_two_masking_blunders_are_both_reported() -> None:
     rng = np.random.default_rng(6)
     model = rng.uniform(-20, 20, (8, 3))
     there = model + rng.normal(0.0, 0.01, model.shape)
@@ -216,7 +216,7 @@ def test_two_mistakes_that_hide_each_other_are_both_named() -> None:
 @pytest.mark.parametrize(
     ("scale", "unit"), [(1000.0, "millimetres"), (100.2, "centimetres"), (0.001, "kilometres")]
 )
-def test_units_show_in_the_scale(scale: float, unit: str) -> None:
+def test_unit_is_recognised_by_the_scale(scale: float, unit: str) -> None:
     (said,) = checks.scale_unit_findings(scale, 0.001)
     assert (said.code, said.values["unit"]) == ("control.scale-of-unit", unit)
 
@@ -224,7 +224,7 @@ def test_units_show_in_the_scale(scale: float, unit: str) -> None:
 @pytest.mark.parametrize(
     "order", [[7, 0, 1, 2, 3, 4, 5, 6], [2, 3, 4, 5, 6, 7, 0, 1], [7, 6, 5, 4, 3, 2, 1, 0]]
 )
-def test_points_numbered_in_another_order_are_named(order: list[int]) -> None:
+def test_points_numbered_in_another_order_are_reported(order: list[int]) -> None:
     chance = np.random.default_rng(3)
     model = chance.uniform([0, 0, 0], [60, 25, 30], (8, 3))
     world = model + [398_000.0, 4_980_000.0, 330.0] + chance.normal(size=model.shape) * 0.01
@@ -238,7 +238,7 @@ def test_points_numbered_in_another_order_are_named(order: list[int]) -> None:
     assert checks.point_findings(right, labels, world) == []
 
 
-def test_two_points_at_one_place_are_named() -> None:
+def test_coincident_points_are_reported() -> None:
     world = site()[1].copy()
     world[3] = world[1]
     labels = [f"P{i}" for i in range(len(world))]
@@ -246,7 +246,7 @@ def test_two_points_at_one_place_are_named() -> None:
     assert (said.code, said.values["labels"]) == ("control.same-coordinates", ("P1", "P3"))
 
 
-def test_a_web_map_is_no_system_for_lengths() -> None:
+def test_web_mercator_is_rejected_with_a_suggested_crs() -> None:
     """Of Web Mercator the scale is 1 / cos(latitude), but for the ellipsoid."""
     from pyproj import Transformer
 

@@ -44,7 +44,7 @@ def shares(rho: float) -> tuple[np.ndarray, float, float]:
 
 
 @pytest.mark.full
-def test_a_drift_is_named_and_its_errors_hold() -> None:
+def test_drift_is_reported_and_stated_errors_cover_it() -> None:
     """By independent errors 57 % of the tilts were within the stated ones, and half of the models
     were called bowed."""
     inside, bowed, drifted = shares(0.9)
@@ -54,7 +54,7 @@ def test_a_drift_is_named_and_its_errors_hold() -> None:
 
 
 @pytest.mark.full
-def test_independent_errors_are_as_before() -> None:
+def test_independent_errors_are_rarely_reported_as_drift() -> None:
     inside, bowed, drifted = shares(0.0)
     assert (inside >= 0.87).all()
     assert bowed <= 0.15

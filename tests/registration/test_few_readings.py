@@ -14,9 +14,7 @@ from vomstudio.registration.placing import place
 @pytest.mark.parametrize("stated", first_in_default_tier([True, False]))
 @pytest.mark.parametrize("added", first_in_default_tier([90.0, -90.0]))
 @pytest.mark.parametrize("n", first_in_default_tier([4, 6, 8]))
-def test_a_strike_read_as_dip_direction_is_named_with_the_placement_without_it(
-    n, added, stated
-) -> None:
+def test_strike_read_as_dip_direction_is_reported_with_the_fit_without_it(n, added, stated) -> None:
     readings = few_planes(np.random.default_rng(n), n, added, stated=stated)
     placed = place([readings.kind])
     first = placed.without[0]
@@ -34,7 +32,7 @@ def test_a_strike_read_as_dip_direction_is_named_with_the_placement_without_it(
     assert len(placed.without) == n
 
 
-def test_readings_that_agree_are_left_alone() -> None:
+def test_consistent_readings_give_no_blunder() -> None:
     for seed in range(4):
         readings = few_planes(np.random.default_rng(seed), 5, None)
         placed = place([readings.kind])
@@ -43,7 +41,7 @@ def test_readings_that_agree_are_left_alone() -> None:
 
 
 @pytest.mark.slow
-def test_the_right_one_is_named_and_hardly_ever_another() -> None:
+def test_wrong_reading_is_reported_and_rarely_another() -> None:
     for n, right in ((4, 0.8), (6, 0.9)):
         shares = named_shares(n, "strike", 40, stated=False)
         assert shares.right >= right

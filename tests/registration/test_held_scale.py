@@ -52,7 +52,7 @@ def fitted(
     return placed, difference(fit, truth, np.array(placed.centre))
 
 
-def test_a_fit_states_the_error_of_the_scale_that_it_held() -> None:
+def test_fit_with_fixed_scale_states_the_scale_error() -> None:
     """The case of the report: the scale was off by 0.104 %, and ± 0.02 % was stated."""
     placed, off = fitted(3, 1.04e-3, SCALE_ERROR)
     assert placed.scale == pytest.approx(1.0, abs=1e-9)
@@ -64,7 +64,7 @@ def test_a_fit_states_the_error_of_the_scale_that_it_held() -> None:
     assert unstated.matrix == pytest.approx(placed.matrix, abs=1e-12)
 
 
-def test_the_covariance_contains_what_a_wrong_scale_does_to_turn_and_shift() -> None:
+def test_covariance_includes_the_effect_of_scale_error_on_rotation_and_shift() -> None:
     """The same points with a right and a wrong scale: what differs is the predicted response."""
     right, off_right = fitted(3, 0.0, None)
     sigma = np.sqrt(np.diag(right.covariance))
@@ -80,7 +80,7 @@ def test_the_covariance_contains_what_a_wrong_scale_does_to_turn_and_shift() -> 
 
 
 @pytest.mark.full
-def test_the_stated_errors_hold_for_scales_drawn_from_their_error() -> None:
+def test_stated_errors_cover_random_scale_errors() -> None:
     rng = np.random.default_rng(11)
     inside, runs = np.zeros(7), 40
     for seed in range(runs):
@@ -91,7 +91,7 @@ def test_the_stated_errors_hold_for_scales_drawn_from_their_error() -> None:
 
 
 @pytest.mark.full
-def test_points_state_the_error_of_the_scale_that_they_were_told_to_keep() -> None:
+def test_point_registration_states_the_error_of_its_fixed_scale() -> None:
     """The centre of the model is not that of the points: the kept scale shifts it too."""
     rng = np.random.default_rng(5)
     points = rng.uniform(-1.0, 1.0, (8, 3)) * [10.0, 4.0, 6.0]
@@ -119,7 +119,7 @@ def test_points_state_the_error_of_the_scale_that_they_were_told_to_keep() -> No
     assert inside / runs == pytest.approx(0.95, abs=0.1)
 
 
-def test_a_scale_that_was_not_fitted_does_not_take_over_that_of_the_reference() -> None:
+def test_fixed_scale_does_not_inherit_the_reference_scale_error() -> None:
     """Against 4,000 references drawn by the covariance of theirs."""
     own = np.diag([1e-8, 1e-8, 1e-8, 1e-6, 1e-6, 1e-6, 1e-6])
     theirs = np.diag([1e-6, 4e-6, 2e-6, 9e-6, 1e-4, 2e-4, 1e-4])

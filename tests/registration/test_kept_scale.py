@@ -32,7 +32,7 @@ def by_kabsch(model: np.ndarray, world: np.ndarray) -> tuple[np.ndarray, np.ndar
     return turn, b - turn @ a
 
 
-def test_with_the_scale_kept_it_is_the_rigid_transform_of_kabsch() -> None:
+def test_fixed_scale_gives_the_rigid_transform_of_kabsch() -> None:
     model, world = drawn(np.random.default_rng(1), 6, 0.5)
     free = register_points(model, world)
     placed = register_points(model, world, scale=1.0)
@@ -47,7 +47,7 @@ def test_with_the_scale_kept_it_is_the_rigid_transform_of_kabsch() -> None:
 
 
 @pytest.mark.full
-def test_the_true_turn_lies_within_the_stated_error_with_the_scale_kept() -> None:
+def test_stated_error_covers_the_true_rotation_with_fixed_scale() -> None:
     rng = np.random.default_rng(2)
     runs, inside = 60, np.zeros(3)
     for _ in range(runs):
@@ -68,7 +68,7 @@ def test_the_true_turn_lies_within_the_stated_error_with_the_scale_kept() -> Non
     "times", first_in_default_tier([1e-3, 0.3, 0.8, 1.0, 1.5, 2.5, 10.0, 1e3], 2)
 )
 @pytest.mark.parametrize("stated", first_in_default_tier([True, False], 2))
-def test_the_closed_form_holds_however_wrong_the_kept_scale_is(times: float, stated: bool) -> None:
+def test_wrong_fixed_scale_still_matches_the_closed_form(times: float, stated: bool) -> None:
     """Rotation and shift of Kabsch's solution do not depend on the scale, for equal weights."""
     for seed in range(3):
         model, world = drawn(np.random.default_rng(seed), 6, 0.05 * times, scale=times)
@@ -80,7 +80,7 @@ def test_the_closed_form_holds_however_wrong_the_kept_scale_is(times: float, sta
         assert placed(model) == pytest.approx(model @ turn.T + shift, abs=1e-6)
 
 
-def test_accurate_points_that_contradict_the_kept_scale_do_not_turn_the_model() -> None:
+def test_accurate_points_contradicting_the_fixed_scale_do_not_rotate_the_model() -> None:
     """Heights ten times worse than positions, as of GNSS: of a scale of 1 instead of 0.01 the
     squares alone would be least with the model on its side."""
     rng = np.random.default_rng(7)
@@ -96,7 +96,7 @@ def test_accurate_points_that_contradict_the_kept_scale_do_not_turn_the_model() 
 
 
 @pytest.mark.parametrize("stated", [True, False])
-def test_points_that_contradict_the_kept_scale_are_told(stated: bool) -> None:
+def test_points_contradicting_the_fixed_scale_are_reported(stated: bool) -> None:
     model, world = drawn(np.random.default_rng(3), 6, 0.01, scale=1.06)
     sigma = np.full(world.shape, 0.01) if stated else None
     placed = register_points(model, world, sigma, scale=1.0)
@@ -106,14 +106,14 @@ def test_points_that_contradict_the_kept_scale_are_told(stated: bool) -> None:
     assert not [b.label for b in placed.blunders if "scale" in b.label]
 
 
-def test_points_that_agree_with_the_kept_scale_are_not_doubted() -> None:
+def test_points_consistent_with_the_fixed_scale_give_no_finding() -> None:
     for seed in range(8):
         model, world = drawn(np.random.default_rng(seed), 6, 0.05)
         placed = register_points(model, world, scale=1.0)
         assert not with_code(placed.warnings, "registration.scale-contradicted")
 
 
-def test_a_wrong_point_takes_no_part_if_asked_and_is_named() -> None:
+def test_robust_fit_excludes_and_reports_a_wrong_point() -> None:
     model, world = drawn(np.random.default_rng(4), 8, 0.01)
     world[2] += [0.0, 2.0, 0.0]
     right = np.arange(8) != 2
@@ -131,14 +131,14 @@ def test_a_wrong_point_takes_no_part_if_asked_and_is_named() -> None:
     assert [b.label for b in kept.blunders] == ["3"]
 
 
-def test_where_all_agree_robust_changes_nothing() -> None:
+def test_robust_fit_of_consistent_points_equals_the_plain_fit() -> None:
     model, world = drawn(np.random.default_rng(5), 8, 0.01)
     assert register_points(model, world, is_robust=True).matrix == pytest.approx(
         register_points(model, world).matrix, abs=0.0
     )
 
 
-def test_the_command_the_table_and_python_give_the_same(tmp_path, capsys) -> None:
+def test_command_table_and_python_give_the_same_registration(tmp_path, capsys) -> None:
     import json
 
     from vomstudio.cli import main
@@ -165,13 +165,13 @@ def test_the_command_the_table_and_python_give_the_same(tmp_path, capsys) -> Non
 
 
 @pytest.mark.parametrize("name", ["keep_scale", "robust"])
-def test_what_is_no_flag_is_refused(name: str) -> None:
+def test_non_boolean_flag_is_rejected(name: str) -> None:
     model, world = drawn(np.random.default_rng(7), 5, 0.01)
     with refused("argument.wrong-type", field=name, type="str", expected="bool"):
         vs.register(model, world, **{name: "yes"})
 
 
-def test_a_scale_does_not_turn_what_nothing_turns() -> None:
+def test_known_scale_does_not_determine_the_vertical() -> None:
     model, world = drawn(np.random.default_rng(8), 2, 0.01)
     pairs = Pairs(("a", "b"), model, world, np.full((2, 3), np.nan), np.zeros(2, bool))
     placed = register(Evidence(pairs=pairs, scale=1.0))

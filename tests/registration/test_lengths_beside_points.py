@@ -37,7 +37,7 @@ def length(pairs: Pairs, first: int, second: int) -> float:
         *((n, 1.2, None) for n in (5, 8, 12)),
     ],
 )
-def test_a_length_that_the_points_contradict_is_named(
+def test_length_contradicting_the_points_is_reported(
     n: int, times: float, unit: str | None
 ) -> None:
     pairs = survey(n, n, 0.02)
@@ -52,7 +52,7 @@ def test_a_length_that_the_points_contradict_is_named(
     assert (finding.code, finding.values.get("unit")) == (code, unit)
 
 
-def test_sound_lengths_are_not_named() -> None:
+def test_correct_lengths_are_rarely_reported() -> None:
     """Two bars by a tape that is as good as it is taken to be, beside points of every number."""
     rng = np.random.default_rng(4)
     named = 0
@@ -67,7 +67,7 @@ def test_sound_lengths_are_not_named() -> None:
     assert named <= 2
 
 
-def test_a_bar_whose_label_is_written_otherwise_is_refused_with_the_nearest() -> None:
+def test_unknown_bar_label_is_rejected_with_the_most_similar_label() -> None:
     with refused("length.unknown-point", UsageError, label="p1 (P1?)"):
         register(Evidence(pairs=survey(4, 1, 0.02), bars=[ScaleBar("P0", "p1", 3.0)]))
 
@@ -75,7 +75,9 @@ def test_a_bar_whose_label_is_written_otherwise_is_refused_with_the_nearest() ->
 @pytest.mark.parametrize(
     ("row", "code"), [("P0,Q", "length.unknown-point"), ("P1,P0", "line.one-place")]
 )
-def test_a_wrong_bar_is_named_by_file_and_line(tmp_path: Path, row: str, code: str) -> None:
+def test_invalid_scale_bar_is_reported_by_file_and_line(
+    tmp_path: Path, row: str, code: str
+) -> None:
     path = tmp_path / "bars.csv"
     path.write_text(f"from,to,length_m,use\nP0,P2,3,check\nP2,P3,3,\n{row},3,\n")
     pairs = survey(4, 1, 0.02)
@@ -84,7 +86,7 @@ def test_a_wrong_bar_is_named_by_file_and_line(tmp_path: Path, row: str, code: s
         length_observations(read_scale_bars(path), [], pairs)
 
 
-def test_several_lengths_of_one_unit_are_told_together() -> None:
+def test_lengths_in_the_same_wrong_unit_are_reported_together() -> None:
     pairs = survey(8, 1, 0.02)
     bars = [ScaleBar(f"P{i}", f"P{i + 1}", length(pairs, i, i + 1) / 0.3048) for i in range(3)]
     (finding,) = length_findings(bars, [], pairs)

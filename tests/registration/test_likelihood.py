@@ -39,7 +39,7 @@ def judged(kind: Points) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("sigma", [0.5, 1.5, 2.5])
-def test_the_turn_is_where_the_squares_have_grown_by_what_chance_does(sigma: float) -> None:
+def test_rotation_limit_is_where_the_sum_of_squares_reaches_its_95_limit(sigma: float) -> None:
     """Points on rings around a line, at the distance r from it: turned by d about it each misses by
     2 r sin(d / 2), and the squares have grown by 1.96^2."""
     around = np.arange(16) * np.pi / 2.0
@@ -50,7 +50,7 @@ def test_the_turn_is_where_the_squares_have_grown_by_what_chance_does(sigma: flo
     assert worst_deg(wide) == pytest.approx(wanted, rel=0.01)
 
 
-def test_points_that_hold_the_model_well_keep_their_linear_errors() -> None:
+def test_well_distributed_points_keep_their_linear_errors() -> None:
     rng = np.random.default_rng(1)
     world = rng.uniform(-30, 30, (6, 3))
     linear, wide = judged(points(world, world + 0.02 * rng.normal(size=(6, 3)), 0.02))
@@ -71,7 +71,7 @@ def evidence(off_m: float) -> Evidence:
     return Evidence(views=views, centres=centres, positions=given)
 
 
-def test_cameras_that_leave_the_turn_open_are_refused() -> None:
+def test_cameras_that_leave_the_rotation_undetermined_are_rejected() -> None:
     """1.96 * 1.5 / (r sqrt 8) is 20 degrees for r of 3 m, 40 for 1.5, and 48 for 1.25."""
     placed = register(evidence(3.0))
     told = placed.rotation_error_95_deg.weakest.error_deg

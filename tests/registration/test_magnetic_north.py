@@ -25,7 +25,9 @@ from vomstudio.registration.north import NorthInputs, declination_deg
         (-59.9, 0.0, 100.1, 2012, -20.06),
     ],
 )
-def test_values_of_the_reference_program(latitude, longitude, height_km, year, wanted) -> None:
+def test_declination_matches_the_reference_program(
+    latitude, longitude, height_km, year, wanted
+) -> None:
     # Its years are those and a half.
     found = declination_deg(longitude, latitude, date(year, 7, 2), 1000 * height_km)
     assert found == pytest.approx(wanted, abs=0.011)
@@ -41,7 +43,9 @@ def test_values_of_the_reference_program(latitude, longitude, height_km, year, w
         (date(2027, 7, 2), 0, 80, 0, 2.59),
     ],
 )
-def test_the_world_magnetic_model_agrees(when, height_m, latitude, longitude, wanted) -> None:
+def test_declination_agrees_with_the_world_magnetic_model(
+    when, height_m, latitude, longitude, wanted
+) -> None:
     """The test values of WMM2025 (NOAA and BGS), another model of the same field: they differ by
     some hundredths of a degree, by more near the poles."""
     found = declination_deg(longitude, latitude, when, height_m)
@@ -56,7 +60,7 @@ def test_the_world_magnetic_model_agrees(when, height_m, latitude, longitude, wa
         ((-150.0, 86.0), date(2025, 1, 1), "north.near-pole"),
     ],
 )
-def test_where_there_is_none(place, when, code, capsys) -> None:
+def test_declination_outside_the_model_range_is_rejected(place, when, code, capsys) -> None:
     with refused(code):
         declination_deg(*place, when)
     assert not capsys.readouterr().out
@@ -69,7 +73,7 @@ CONVERGENCE = convergence_deg(CRS, *degrees_to_grid(CRS)(*PLACE))
 IN_CRS = NorthInputs(CRS, PLACE, date(2024, 5, 12), 3.0)
 
 
-def test_each_north_is_turned_by_what_lies_between_it_and_the_grid() -> None:
+def test_correction_of_each_north_is_its_angle_to_grid_north() -> None:
     assert pytest.approx(-1.1607, abs=1e-4) == CONVERGENCE
     assert IN_CRS.correction("grid").deg == 0.0
     assert IN_CRS.correction("true").deg == pytest.approx(-CONVERGENCE)
@@ -102,7 +106,9 @@ def test_each_north_is_turned_by_what_lies_between_it_and_the_grid() -> None:
         (NorthInputs(None), "true", "north.true-unchanged", {}),
     ],
 )
-def test_a_correction_is_reported(known: NorthInputs, north: str, code: str, values: dict) -> None:
+def test_correction_finding_has_its_code_and_values(
+    known: NorthInputs, north: str, code: str, values: dict
+) -> None:
     finding = known.correction(north).finding
     assert (finding.code, dict(finding.values)) == (code, values)
 
@@ -120,6 +126,6 @@ def test_a_correction_is_shown_to_the_hundredth_of_a_degree() -> None:
         (NorthInputs(None, None, date(2024, 5, 12)), "magnetic", "north.no-declination"),
     ],
 )
-def test_what_is_lacking_is_reported(known: NorthInputs, north: str, code: str) -> None:
+def test_missing_north_inputs_are_reported(known: NorthInputs, north: str, code: str) -> None:
     with refused(code, UsageError, field="--north"):
         known.require_correction(north, "--north")

@@ -76,7 +76,7 @@ def survey(kind: str, seed: int, noise: float = 0.5, world_noise: float = 0.01):
         (lambda x, y: (x - WIDTH / 2, y - HEIGHT / 2), "rows downward"),
     ],
 )
-def test_pixels_that_are_counted_otherwise_are_named(
+def test_marks_in_another_pixel_convention_are_rejected(
     kind: str, change: Callable[[float, float], tuple[float, float]], named: str
 ) -> None:
     views, marks, world = survey(kind, 3)
@@ -87,7 +87,7 @@ def test_pixels_that_are_counted_otherwise_are_named(
 
 
 @pytest.mark.parametrize("kind", first_in_default_tier(["arc", "strip"], 1))
-def test_sound_marks_are_left_alone(kind: str) -> None:
+def test_valid_marks_are_accepted(kind: str) -> None:
     """Set roughly, beside coordinates that are poor, with two of these exchanged."""
     for seed in range(10):
         views, marks, world = survey(kind, seed, 6.0 if seed % 2 else 1.0, 0.3)
@@ -95,7 +95,7 @@ def test_sound_marks_are_left_alone(kind: str) -> None:
         require_photo_pixels(marks, views, world)
 
 
-def test_names_that_do_not_meet_are_told_with_the_nearest() -> None:
+def test_unmatched_names_are_reported_with_the_most_similar_name() -> None:
     views, marks, _ = survey("arc", 1)
     points = [f"P{i:02d}" for i in range(8)]
     strange = [("P00", "DSC_00.jpg", 1.0, 1.0), *marks]
@@ -113,6 +113,6 @@ def test_names_that_do_not_meet_are_told_with_the_nearest() -> None:
 
 
 @pytest.mark.parametrize("name", ["p 7", "P07", "P_7", "P-007"])
-def test_the_nearest_label_differs_in_writing_only(name: str) -> None:
+def test_most_similar_name_differs_in_spelling_only(name: str) -> None:
     assert most_similar_name(name, ["P1", "P7", "P70"]) == "P7"
     assert most_similar_name("Q9", ["P1", "P7"]) is None

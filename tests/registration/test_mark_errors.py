@@ -43,18 +43,18 @@ def marked(
 
 @pytest.mark.parametrize("noise_px", first_in_default_tier([1.0, 25.0]))
 @pytest.mark.parametrize("photos", first_in_default_tier([2, 3, 8]))
-def test_the_scatter_of_marks_is_that_of_which_they_were_made(noise_px: float, photos: int) -> None:
+def test_mark_scatter_matches_the_simulated_noise(noise_px: float, photos: int) -> None:
     assert mark_scatter_px(marked(noise_px, photos)) == pytest.approx(noise_px, rel=0.2)
 
 
 @pytest.mark.full
 @pytest.mark.parametrize(("photos", "wrong", "each"), [(2, 1, 3), (5, 2, 1), (8, 3, 1)])
-def test_wrong_marks_do_not_change_the_scatter_much(photos: int, wrong: int, each: int) -> None:
+def test_mark_scatter_is_robust_to_wrong_marks(photos: int, wrong: int, each: int) -> None:
     marks = marked(5.0, photos, points=20, wrong=wrong, each=each)
     assert 3.5 < mark_scatter_px(marks) < 10.0
 
 
-def test_most_marks_locate_a_point_and_the_others_are_wrong() -> None:
+def test_majority_of_marks_locates_the_point_and_the_others_are_reported() -> None:
     (marks,) = marked(1.0, 8, points=1, wrong=3)
     right = triangulate(marks.views[3:], marks.pixels[3:])
     assert robust_position(marks) == pytest.approx(right, abs=0.02)
@@ -64,12 +64,12 @@ def test_most_marks_locate_a_point_and_the_others_are_wrong() -> None:
     assert do_rays_intersect(Marks(marks.views[3:], marks.pixels[3:]), 6.0)
 
 
-def test_marks_that_agree_exactly_are_not_trusted_beyond_a_pixel() -> None:
+def test_mark_error_has_a_lower_limit() -> None:
     assert mark_error_px(marked(0.1, 4)) == MIN_MARK_ERROR_PX
     assert mark_error_px([]) == MIN_MARK_ERROR_PX
 
 
-def test_marks_of_other_points_are_refused() -> None:
+def test_marks_that_scatter_randomly_are_rejected() -> None:
     rng = np.random.default_rng(2)
     wild = [Marks(m.views, rng.uniform(0, 3000, m.pixels.shape)) for m in marked(1.0, 6, points=6)]
     with pytest.raises(GeometryError) as failure:
@@ -77,7 +77,7 @@ def test_marks_of_other_points_are_refused() -> None:
     assert failure.value.code == "control.marks-scattered"
 
 
-def test_the_errors_of_a_place_between_two_cameras_at_right_angles_are_known() -> None:
+def test_position_errors_of_two_perpendicular_cameras_match_the_formula() -> None:
     """At the distance d with the focal length f a pixel is d / f; both photos see the height."""
     lens = Intrinsics.pinhole(4000, 3000, 2000.0, 2000.0, 1500.0)
     looks_north = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])

@@ -35,7 +35,7 @@ def pairs_of(model: Array, world: Array) -> Pairs:
 @pytest.mark.parametrize(
     ("n", "relief", "noise"), [(8, 0.5, 0.02), (12, 1.2, 0.05), (10, 2.0, 0.1), (40, 1.0, 0.05)]
 )
-def test_columns_exchanged_on_flat_ground_are_named(n: int, relief: float, noise: float) -> None:
+def test_swapped_columns_on_flat_ground_are_reported(n: int, relief: float, noise: float) -> None:
     for seed in (3, 4):
         model, world = ground(n, relief, noise, seed)
         found = register_points(model, world[:, [1, 0, 2]])
@@ -43,7 +43,7 @@ def test_columns_exchanged_on_flat_ground_are_named(n: int, relief: float, noise
         assert not found.blunders, "where all are mirrored no single one is wrong"
 
 
-def test_sound_points_on_flat_ground_are_no_mirror_image() -> None:
+def test_correct_points_on_flat_ground_do_not_fit_as_mirror_image() -> None:
     """Also where the heights are three times as bad as the rest, and the ground is a plane."""
     alarms = 0
     for seed in range(300):
@@ -55,7 +55,7 @@ def test_sound_points_on_flat_ground_are_no_mirror_image() -> None:
     assert alarms <= 3
 
 
-def test_a_wrong_point_hides_no_mirror_image() -> None:
+def test_mirror_image_is_detected_despite_a_wrong_point() -> None:
     for seed in range(4):
         model, world = ground(9, 12.0, 0.05, seed)
         world[2] += [8.0, -6.0, 5.0]
@@ -63,7 +63,7 @@ def test_a_wrong_point_hides_no_mirror_image() -> None:
         assert not fits_as_mirror(model, world)
 
 
-def test_what_tips_over_a_model_whose_vertical_is_known_is_told() -> None:
+def test_registration_that_turns_a_model_upside_down_is_reported() -> None:
     # In one plane exactly no residual tells a plane from its mirror image.
     model, world = ground(3, 0.0, 0.0, 1)
     evidence = Evidence(pairs=pairs_of(model, world[:, [1, 0, 2]]), up=UP)
@@ -72,7 +72,7 @@ def test_what_tips_over_a_model_whose_vertical_is_known_is_told() -> None:
     assert not with_code(register(evidence).warnings, "registration.upside-down")
 
 
-def test_a_model_of_unknown_vertical_is_told_of_where_points_leave_it_open() -> None:
+def test_ambiguous_upside_down_registration_of_flat_points_is_reported() -> None:
     over = np.diag([1.0, -1.0, -1.0])
     flat, deep = ground(6, 0.0, 0.02, 2), ground(6, 20.0, 0.02, 2)
     labels = [str(i) for i in range(6)]
@@ -88,13 +88,13 @@ def test_a_model_of_unknown_vertical_is_told_of_where_points_leave_it_open() -> 
     assert codes(flat, np.eye(3)) == []
 
 
-def test_the_upward_direction_may_be_any_in_the_model() -> None:
+def test_upside_down_check_accepts_any_model_up_direction() -> None:
     turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     assert upside_down_findings(turn, turn.T @ UP, None) == []
     assert upside_down_findings(turn, -turn.T @ UP, None)
 
 
-def test_what_is_left_over_is_that_of_least_squares() -> None:
+def test_residual_misfit_matches_least_squares() -> None:
     model, world = ground(9, 15.0, 0.05, 5)
     found = register_points(model, world)
     left = residual_misfit(model, world)

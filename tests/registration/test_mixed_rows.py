@@ -58,7 +58,7 @@ def changed(world: Array, rows: list[int], by: Callable[[Array], Array]) -> Arra
         ([1], lambda w: w * 1000.0, "control.other-unit"),
     ],
 )
-def test_the_area_of_the_system_tells_which_rows_are_right(
+def test_crs_area_determines_which_rows_are_correct(
     rows: list[int], by: Callable[[Array], Array], code: str
 ) -> None:
     model, world = site(0)
@@ -70,7 +70,7 @@ def test_the_area_of_the_system_tells_which_rows_are_right(
     assert np.flatnonzero(which).tolist() == rows
 
 
-def test_half_of_the_rows_exchanged_without_a_system() -> None:
+def test_swapped_half_of_the_rows_is_reported_without_a_crs() -> None:
     model, world = site(0)
     wrong = changed(world + ORIGIN, [1, 3, 5, 6], exchanged)
     (found,), which = find_misplaced_points(LABELS, model, wrong, None)
@@ -81,7 +81,7 @@ def test_half_of_the_rows_exchanged_without_a_system() -> None:
     assert np.flatnonzero(which).tolist() == [1, 3, 5, 6]
 
 
-def test_places_that_are_far_apart_on_the_model_too_are_right() -> None:
+def test_points_far_apart_in_both_frames_give_no_finding() -> None:
     near, world = site(1)
     far = np.arange(8) > 3
     for away in ([5000.0, 0.0, 0.0], [0.0, 90_000.0, 0.0]):
@@ -89,7 +89,7 @@ def test_places_that_are_far_apart_on_the_model_too_are_right() -> None:
         assert find_misplaced_points(LABELS, near + shift, world + shift, None)[0] == []
 
 
-def test_a_wrong_digit_makes_no_degrees_of_the_others() -> None:
+def test_wrong_digit_in_one_point_is_reported_for_that_point_only() -> None:
     model, world = site(6)
     world[3, 0] += 5000.0
     (found,), which = find_misplaced_points(LABELS, model, world, None)
@@ -99,7 +99,7 @@ def test_a_wrong_digit_makes_no_degrees_of_the_others() -> None:
 
 
 @pytest.mark.parametrize("rows", [[0, 3, 5], [0, 3, 5, 6], [1, 2]])
-def test_values_of_another_system_in_some_rows(rows: list[int]) -> None:
+def test_rows_in_another_unit_or_height_system_are_reported(rows: list[int]) -> None:
     names = tuple(LABELS[row] for row in rows)
     for seed in range(3):
         model, world = site(seed)
@@ -118,7 +118,7 @@ def test_values_of_another_system_in_some_rows(rows: list[int]) -> None:
         assert (found.code, found.values["labels"]) == ("control.swapped-columns", names)
 
 
-def test_three_of_six_heights_of_another_system_are_not_feet() -> None:
+def test_height_offset_in_half_of_the_rows_is_not_mistaken_for_feet() -> None:
     model, world = site(36, 6)
     found = find_mixed_values(model, changed(world, [0, 2, 4], lambda w: w - [0.0, 0.0, 27.3]))
     assert found is not None
@@ -127,7 +127,7 @@ def test_three_of_six_heights_of_another_system_are_not_feet() -> None:
 
 
 @pytest.mark.parametrize("none", [0.0, -9999.0])
-def test_heights_that_stand_for_none(none: float) -> None:
+def test_placeholder_heights_are_reported_as_missing(none: float) -> None:
     model, world = site(4)
     world += [0.0, 0.0, 160.0]
     assert missing_height_findings(LABELS, model, world) == []
@@ -141,7 +141,7 @@ def test_heights_that_stand_for_none(none: float) -> None:
     assert missing_height_findings(LABELS, model, world) == []
 
 
-def test_sound_points_and_single_blunders_are_not_mixed() -> None:
+def test_correct_points_and_single_blunders_are_not_reported_as_mixed() -> None:
     alarms = 0
     for seed in range(40):
         chance = np.random.default_rng(seed)
@@ -152,7 +152,7 @@ def test_sound_points_and_single_blunders_are_not_mixed() -> None:
 
 
 @pytest.mark.parametrize(("times", "unit"), [(1000.0, "millimetres"), (100.0, "centimetres")])
-def test_heights_in_another_unit(times: float, unit: str) -> None:
+def test_heights_in_another_unit_are_reported(times: float, unit: str) -> None:
     model, world = site(2)
     (found,) = misreading_findings(model, world * [1.0, 1.0, times], include_mirrors=False)
     assert (found.code, found.values["unit"]) == ("control.other-unit", unit)
@@ -160,7 +160,7 @@ def test_heights_in_another_unit(times: float, unit: str) -> None:
     assert misreading_findings(cliff, there, include_mirrors=False) == []
 
 
-def test_more_spread_is_no_help_where_nothing_fits() -> None:
+def test_shuffled_points_are_reported_as_fitting_nowhere() -> None:
     model, world = site(3)
     found = register_points(model, world[np.random.default_rng(1).permutation(8)])
     assert with_code(found.warnings, "registration.points-nowhere")

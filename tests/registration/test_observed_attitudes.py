@@ -37,7 +37,7 @@ def observed(kind: str) -> ObservationKind:
 
 
 @pytest.mark.parametrize("kind", ["attitudes", "verticals", "azimuths"])
-def test_misses_follow_a_turn(kind: str) -> None:
+def test_attitude_residuals_change_linearly_with_a_small_rotation(kind: str) -> None:
     rows = observed(kind).rows(FIT, np.zeros(3))
     np.testing.assert_allclose(rows.residuals, 0.0, atol=1e-9)
     for axis in np.eye(3):
@@ -46,7 +46,7 @@ def test_misses_follow_a_turn(kind: str) -> None:
         np.testing.assert_allclose(change, rows.design[:, :3] @ axis, atol=1e-4)
 
 
-def test_a_wrong_north_is_one_error_of_all() -> None:
+def test_wrong_north_is_one_error_common_to_all_photos() -> None:
     """Yaws of all photos are read 0.01 rad too large: predicted less observed falls by as much."""
     off = 1e-3
     for kind, given in (("attitudes", ANGLES), ("azimuths", ANGLES[[0, 1, 3]])):
@@ -67,7 +67,7 @@ def test_a_wrong_north_is_one_error_of_all() -> None:
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_what_is_out_of_line_is_one_error_of_all(axis: int) -> None:
+def test_sensor_misalignment_is_one_error_common_to_all_photos(axis: int) -> None:
     """The sensor is turned by 0.001 rad about an axis of each camera."""
     off = Rotation.from_rotvec(1e-3 * np.eye(3)[axis]).as_matrix()
     attitudes, verticals = observed("attitudes"), observed("verticals")
@@ -82,7 +82,7 @@ def test_what_is_out_of_line_is_one_error_of_all(axis: int) -> None:
         np.testing.assert_allclose(change, -1e-3 * column, atol=2e-6)
 
 
-def test_a_model_upside_down_is_seen_as_such() -> None:
+def test_upside_down_model_has_residuals_of_180_degrees() -> None:
     over = replace(FIT, rotation=np.diag([1.0, -1.0, -1.0]) @ TURN)
     rows = observed("verticals").rows(over, np.zeros(3))
     np.testing.assert_allclose(np.hypot(rows.residuals[::2], rows.residuals[1::2]), np.pi)

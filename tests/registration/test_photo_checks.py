@@ -27,14 +27,14 @@ def seen(place: Array = PLACE) -> Array:
     return np.array([view.project(place)[0] for view in VIEWS])
 
 
-def test_marks_that_agree_are_all_kept() -> None:
+def test_consistent_marks_are_all_kept() -> None:
     chance = np.random.default_rng(1)
     rows, wrong = find_consistent_marks("A", Marks(VIEWS, seen() + chance.normal(size=(9, 2))), 6.0)
     assert rows.tolist() == list(range(9))
     assert wrong == []
 
 
-def test_a_wrong_mark_is_named_with_its_photo_and_where_it_should_be() -> None:
+def test_wrong_mark_is_reported_with_photo_and_expected_position() -> None:
     marks = seen()
     marks[4] += [600.0, -300.0]
     rows, (wrong,) = find_consistent_marks("A", Marks(VIEWS, marks), 6.0)
@@ -43,7 +43,7 @@ def test_a_wrong_mark_is_named_with_its_photo_and_where_it_should_be() -> None:
     assert wrong.expected == pytest.approx(tuple(seen()[4]), abs=0.1)
 
 
-def test_wrong_marks_and_those_outside_of_their_photo_do_not_place_a_point() -> None:
+def test_wrong_and_outside_marks_are_excluded_from_triangulation() -> None:
     marks = [
         ("A", view.name, float(x), float(y)) for view, (x, y) in zip(VIEWS, seen(), strict=True)
     ]
@@ -67,7 +67,7 @@ def wall_view(turn_deg: float) -> View:
 
 
 @pytest.mark.parametrize("turn", [0.0, 10.0, 25.0])
-def test_a_line_on_a_wall_runs_away_by_the_turn_of_the_camera(turn: float) -> None:
+def test_level_line_on_a_wall_is_skewed_by_the_camera_rotation(turn: float) -> None:
     x, z = np.meshgrid(np.linspace(-20, 20, 161), np.linspace(-8, 8, 65))
     wall = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
     view = wall_view(turn)
@@ -82,14 +82,14 @@ def test_a_line_on_a_wall_runs_away_by_the_turn_of_the_camera(turn: float) -> No
 
 
 @pytest.mark.parametrize("end", [(-50_000.0, 100.0), (100.0, 90_000.0), (4_500.0, 20.0)])
-def test_a_level_line_that_ends_outside_its_photo_is_refused(end: tuple[float, float]) -> None:
+def test_level_line_ending_outside_its_photo_is_rejected(end: tuple[float, float]) -> None:
     view = wall_view(10.0)
     line = np.array([[[900.0, 100.0], end]])
     with refused("level.outside", x2=end[0], y2=end[1], width=4000, height=3000):
         level_line_findings([view.name], [view], line, None)
 
 
-def test_upright_lines_given_as_level_ones_are_named() -> None:
+def test_vertical_lines_given_as_level_lines_are_reported() -> None:
     """An axis along the columns is upright, unless the photos were held in portrait."""
     names = [f"{turn}" for turn in (-30, 0, 40)]
     views = [wall_view(float(turn)) for turn in (-30, 0, 40)]
@@ -110,7 +110,7 @@ def test_upright_lines_given_as_level_ones_are_named() -> None:
     assert level_line_findings(names, held, columns, None) == []
 
 
-def test_positions_that_are_all_the_same_say_so() -> None:
+def test_identical_camera_positions_are_rejected() -> None:
     names = tuple(view.name for view in VIEWS)
     places = np.tile([698_000.0, 5_711_000.0, 74.8], (9, 1))
     places[1:, 2] = 0.0

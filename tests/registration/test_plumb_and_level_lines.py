@@ -44,7 +44,7 @@ def level(azimuth_deg: float, plunge_deg: float = 0.0, **more) -> KnownDirection
 
 
 @pytest.mark.parametrize("end", [1.0, -1.0])
-def test_an_exact_plumb_line_gives_up_along_it(end: float) -> None:
+def test_exact_plumb_line_determines_the_vertical(end: float) -> None:
     """Whichever end is given first."""
     placed = register(Evidence(plumb_lines=[line(end * UP)]))
     assert up_on_model(placed) == pytest.approx(UP, abs=1e-9)
@@ -57,7 +57,7 @@ def test_an_exact_plumb_line_gives_up_along_it(end: float) -> None:
     assert (four.about_east, four.about_north) == pytest.approx((0.4, 0.4), rel=1e-3)
 
 
-def test_a_plumb_line_is_two_level_lines_across_each_other() -> None:
+def test_plumb_line_is_equivalent_to_two_perpendicular_level_lines() -> None:
     plumb = register(Evidence(plumb_lines=[line(UP)]))
     levels = register(Evidence(level_lines=[level(20.0), level(110.0)]))
     assert plumb.matrix == pytest.approx(levels.matrix, abs=1e-9)
@@ -67,7 +67,7 @@ def test_a_plumb_line_is_two_level_lines_across_each_other() -> None:
 
 
 @pytest.mark.parametrize("azimuth_deg", [40.0, 170.0])
-def test_a_model_that_is_turned_about_the_vertical_is_tipped_as_much(azimuth_deg: float) -> None:
+def test_tilt_does_not_depend_on_model_azimuth(azimuth_deg: float) -> None:
     """Turning the frame of the model about its own z axis turns the result, and nothing else."""
     turn = Rotation.from_euler("z", azimuth_deg, degrees=True).as_matrix()
     tilted = Rotation.from_euler("x", 1.0, degrees=True).as_matrix() @ UP
@@ -81,13 +81,13 @@ def test_a_model_that_is_turned_about_the_vertical_is_tipped_as_much(azimuth_deg
     assert vertical[1] == pytest.approx(vertical[0] @ turn, abs=1e-9)
 
 
-def test_a_line_that_tips_the_model_over_does_not_show_which_end_is_up() -> None:
+def test_plumb_line_far_from_model_vertical_leaves_up_ambiguous() -> None:
     assert "registration.which-end-up" not in codes(register(Evidence(plumb_lines=[line(UP)])))
     lying = line(UP, turn=Rotation.from_euler("x", 80.0, degrees=True).as_matrix())
     assert "registration.which-end-up" in codes(register(Evidence(plumb_lines=[lying])))
 
 
-def test_both_ends_at_one_place_are_refused() -> None:
+def test_plumb_line_with_coincident_ends_is_rejected() -> None:
     from vomstudio.core.errors import UsageError
 
     place = (1.0, 2.0, 3.0)
@@ -131,7 +131,7 @@ def test_nearly_parallel_level_lines_count_as_one(
     assert widest == pytest.approx(UPRIGHT_SIGMA_DEG if has_photos else 0.5 / np.sqrt(2), rel=0.01)
 
 
-def test_lines_that_are_far_enough_apart_count_each() -> None:
+def test_level_lines_far_enough_apart_count_separately() -> None:
     placed = register(Evidence(level_lines=[level(10.0), level(26.0)]))
     assert placed.known.vertical
     assert "registration.parallel-level-lines" not in codes(placed)
@@ -145,7 +145,7 @@ def test_lines_that_are_far_enough_apart_count_each() -> None:
     assert "registration.parallel-level-lines" not in codes(crossed)
 
 
-def test_the_prior_of_photos_is_weighed_by_its_error() -> None:
+def test_photo_upright_prior_is_weighted_by_its_error() -> None:
     """Against the mean of two normal distributions in the plane across a level line."""
     for sigma_deg in (0.5, 10.0):
         lines = [level(0.0, sigma_deg=sigma_deg), level(90.0, sigma_deg=sigma_deg)]
@@ -156,7 +156,7 @@ def test_the_prior_of_photos_is_weighed_by_its_error() -> None:
         assert np.radians(tip_deg(placed)) == pytest.approx(share * from_true, rel=0.02, abs=1e-6)
 
 
-def test_the_prior_can_be_left_out() -> None:
+def test_photo_upright_prior_can_be_excluded() -> None:
     lines = [level(10.0), level(12.0, 1.0)]
     groups = register(Evidence(level_lines=lines, photo_up=UP)).observations
     (label,) = next(group.labels for group in groups if group.kind == "photo_upright")

@@ -22,7 +22,7 @@ def pairs(n: int = 8, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
     return model, SCALE * TRUE.apply(model) + SHIFT
 
 
-def test_exact_pairs_give_the_transform_back() -> None:
+def test_exact_pairs_recover_the_transform() -> None:
     model, world = pairs()
     found = register_points(model, world)
     matrix = np.array(found.matrix)
@@ -33,7 +33,7 @@ def test_exact_pairs_give_the_transform_back() -> None:
     assert found.rms_check_m is None
 
 
-def test_unequal_errors_are_minimised_as_scipy_does() -> None:
+def test_fit_with_unequal_errors_matches_scipy() -> None:
     model, world = pairs()
     chance = np.random.default_rng(4)
     sigma = chance.uniform(0.01, 0.5, world.shape)
@@ -55,7 +55,7 @@ def test_unequal_errors_are_minimised_as_scipy_does() -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("stated", [True, False])
-def test_the_stated_errors_cover_the_true_ones(stated: bool) -> None:
+def test_stated_errors_cover_the_true_rotation_errors(stated: bool) -> None:
     """95 % of the rotations, about each axis by itself, in 400 simulations."""
     model, world = pairs(6)
     sigma = np.tile([0.02, 0.02, 0.05] if stated else [0.03] * 3, (6, 1))
@@ -78,7 +78,7 @@ def test_the_stated_errors_cover_the_true_ones(stated: bool) -> None:
     assert (np.abs(within / runs - 0.95) < 4 * np.sqrt(0.95 * 0.05 / runs)).all(), within / runs
 
 
-def test_the_weakest_axis_is_the_line_along_which_the_points_lie() -> None:
+def test_weakest_axis_is_parallel_to_the_line_of_points() -> None:
     along = np.array([np.sin(np.radians(40)), np.cos(np.radians(40)), 0.0])
     across = np.array([along[1], -along[0], 0.0])
     t = np.linspace(-50, 50, 9)
@@ -90,7 +90,7 @@ def test_the_weakest_axis_is_the_line_along_which_the_points_lie() -> None:
     assert weakest.error_deg >= max(others.about_up, others.about_east, others.about_north)
 
 
-def test_check_points_judge_and_take_no_part() -> None:
+def test_check_points_are_evaluated_but_not_fitted() -> None:
     model, world = pairs()
     moved = world.copy()
     check = np.arange(8) == 3
@@ -105,7 +105,7 @@ def test_check_points_judge_and_take_no_part() -> None:
     assert found.rms_control_m == pytest.approx(0.0, abs=1e-8)
 
 
-def test_turning_the_world_turns_the_transform() -> None:
+def test_rotating_the_world_rotates_the_transform() -> None:
     model, world = pairs()
     world = world + np.random.default_rng(3).normal(0, 0.1, world.shape)
     turn = Rotation.from_euler("z", -30, degrees=True)
@@ -115,7 +115,7 @@ def test_turning_the_world_turns_the_transform() -> None:
     assert there.rotation_error_deg.about_up == pytest.approx(here.rotation_error_deg.about_up)
 
 
-def test_what_is_wrong_with_the_points_is_said() -> None:
+def test_problems_of_the_points_are_reported() -> None:
     model, world = pairs()
     three = register_points(model[:3], world[:3])
     assert with_code(three.warnings, "control.no-redundancy")
@@ -128,7 +128,7 @@ def test_what_is_wrong_with_the_points_is_said() -> None:
     assert clean.warnings == ()
 
 
-def test_points_that_hold_nothing_are_refused() -> None:
+def test_too_few_or_collinear_points_are_rejected() -> None:
     model, world = pairs()
     with refused("registration.too-few-points", GeometryError):
         register_points(model[:2], world[:2])
@@ -149,7 +149,7 @@ def _on_a_line(n: int, off: float) -> np.ndarray:
 
 @pytest.mark.parametrize("n", first_in_default_tier([4, 9]))
 @pytest.mark.parametrize("stated", first_in_default_tier([True, False]))
-def test_points_that_are_off_their_line_by_more_than_they_err_place_a_model(
+def test_nearly_collinear_points_register_if_their_width_exceeds_their_error(
     n: int, stated: bool
 ) -> None:
     rng = np.random.default_rng(n)
@@ -173,7 +173,7 @@ def test_points_that_are_off_their_line_by_more_than_they_err_place_a_model(
 
 @pytest.mark.parametrize("n", [3, 4, 5, 8, 12])
 @pytest.mark.parametrize("stated", [True, False])
-def test_points_that_are_off_their_line_by_noise_alone_are_refused(n: int, stated: bool) -> None:
+def test_points_off_their_line_by_noise_only_are_rejected(n: int, stated: bool) -> None:
     rng = np.random.default_rng(n)
     for _ in range(20):
         true = _on_a_line(n, 0.0)

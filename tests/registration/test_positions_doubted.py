@@ -37,7 +37,7 @@ def told(model: Array, world: Array) -> tuple[list[Finding], list[Finding]]:
 
 
 @pytest.mark.full
-def test_sound_positions_are_not_doubted() -> None:
+def test_correct_camera_positions_give_no_finding() -> None:
     alarms = 0
     for seed in range(24):
         model, world = cameras(seed, noise=float(1 + seed % 5))
@@ -49,7 +49,7 @@ def test_sound_positions_are_not_doubted() -> None:
 
 
 @pytest.mark.parametrize("height", [0.0, 330.0])
-def test_heights_that_are_all_alike_are_named(height: float) -> None:
+def test_constant_camera_heights_are_reported(height: float) -> None:
     for seed in range(5):
         model, world = cameras(seed)
         world[:, 2] = height
@@ -59,14 +59,14 @@ def test_heights_that_are_all_alike_are_named(height: float) -> None:
         assert gone == []
 
 
-def test_three_points_of_one_height_that_do_not_fit_it() -> None:
+def test_three_points_of_constant_height_are_reported_unless_model_is_flat() -> None:
     model = np.array([[0.0, 0.0, 0.0], [30.0, 0.0, 18.0], [10.0, 25.0, 4.0]])
     assert constant_height_findings(model, model * [1.0, 1.0, 0.0])
     flat = model * [1.0, 1.0, 0.0]
     assert constant_height_findings(flat, flat + ORIGIN) == []
 
 
-def test_photos_named_in_another_order_are_named() -> None:
+def test_photos_in_another_order_are_reported() -> None:
     for seed in range(5):
         model, world = cameras(seed)
         for order in (world[::-1], np.roll(world, 1, axis=0)):
@@ -79,14 +79,14 @@ def test_photos_named_in_another_order_are_named() -> None:
         assert (found.rows + 1 == found.coordinate_rows).all()
 
 
-def test_all_x_and_y_exchanged_leave_no_photo_out() -> None:
+def test_swapped_x_and_y_columns_exclude_no_photo() -> None:
     model, world = cameras(0)
     _, gone = told(model, world[:, [1, 0, 2]])
     assert gone == []
 
 
 @pytest.mark.parametrize("latitude_first", [False, True])
-def test_degrees_are_not_called_one_place(latitude_first: bool) -> None:
+def test_positions_in_degrees_are_not_reported_as_identical(latitude_first: bool) -> None:
     model, world = cameras(1)
     back = Transformer.from_crs("EPSG:32633", "EPSG:4326", always_xy=True)
     longitude, latitude = back.transform(world[:, 0], world[:, 1])

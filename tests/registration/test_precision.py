@@ -33,7 +33,7 @@ def worst_deg(model: Array, world: Array) -> float:
         ([float(np.float32(np.pi * 1e6)), 2.0], float(np.spacing(np.float32(np.pi * 1e6)))),
     ],
 )
-def test_the_step_in_which_numbers_are_written(values: list[float], step: float) -> None:
+def test_rounding_step_matches_the_written_digits(values: list[float], step: float) -> None:
     assert rounding_step(values) == pytest.approx(step, rel=1e-9)
 
 
@@ -64,7 +64,7 @@ def test_the_error_of_exact_points_follows_the_size_of_their_coordinates() -> No
     assert worst_deg(halves, far) > 10.0 * worst_deg(halves, near)
 
 
-def test_points_that_leave_more_over_are_not_changed() -> None:
+def test_rounding_does_not_affect_errors_of_noisy_points() -> None:
     rng = np.random.default_rng(6)
     model = np.round(rng.uniform(-10.0, 10.0, (6, 3)), 3)
     noisy = model @ QUARTER.T + rng.normal(size=(6, 3)) * 0.05

@@ -10,7 +10,7 @@ from vomstudio.registration.placing import register_points
 from vomstudio.registration.similarity import fit_similarity
 
 
-def test_umeyamas_example_turns_and_does_not_mirror() -> None:
+def test_umeyama_example_gives_a_rotation_without_reflection() -> None:
     """Umeyama 1991, section V: three points of the plane whose best fit by any matrix is a mirror
     image; the best rotation, shift and scale are printed to three decimals. Here they are the ends
     of a prism along z, which no turn in space may lay over."""
@@ -29,7 +29,7 @@ def test_umeyamas_example_turns_and_does_not_mirror() -> None:
     assert np.linalg.det(fit.rotation) == pytest.approx(1.0)
 
 
-def test_wgs_72_to_wgs_84_is_the_published_point() -> None:
+def test_wgs_72_to_wgs_84_matches_the_published_point() -> None:
     """Guidance Note 7-2, Position Vector transformation: dz 4.5 m, rz 0.554 seconds of arc, scale
     0.219 ppm. A registration finds these numbers again by points that were moved by them, as far
     from the origin as the Earth is large, and takes the published point to the published one."""
@@ -57,7 +57,7 @@ def test_wgs_72_to_wgs_84_is_the_published_point() -> None:
         ("EPSG:3035", "EPSG:4258", 5.0, 50.0, 3962799.45, 2999718.85),
     ],
 )
-def test_positions_in_degrees_are_where_the_guidance_note_has_them(
+def test_projected_positions_match_the_guidance_note(
     crs: str, base: str, longitude: float, latitude: float, east: float, north: float
 ) -> None:
     there = degrees_to_grid(crs, base)(longitude, latitude)

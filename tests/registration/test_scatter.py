@@ -35,7 +35,7 @@ def inside(n: int, heights: float, stated: bool, shape: tuple[float, ...]) -> np
 )
 @pytest.mark.parametrize("heights", first_in_default_tier([0.2, 1.0, 2.0, 4.0]))
 @pytest.mark.parametrize("n", first_in_default_tier([5, 6, 12, 40]))
-def test_what_residuals_say_holds_for_heights_better_and_worse(
+def test_errors_from_residuals_cover_better_and_worse_heights(
     n: int, heights: float, shape: tuple[float, ...]
 ) -> None:
     found = inside(n, heights, False, shape)
@@ -46,13 +46,13 @@ def test_what_residuals_say_holds_for_heights_better_and_worse(
 
 @pytest.mark.parametrize("heights", first_in_default_tier([0.5, 1.0, 2.0]))
 @pytest.mark.parametrize("n", first_in_default_tier([3, 4, 6, 12, 40]))
-def test_stated_accuracies_hold(n: int, heights: float) -> None:
+def test_errors_from_stated_accuracies_cover_the_true_errors(n: int, heights: float) -> None:
     found = inside(n, heights, True, (60.0, 20.0, 25.0))
     assert (found >= 0.93 - 0.02).all(), found
     assert (found <= 0.97 + 0.025).all(), found
 
 
-def test_the_errors_of_many_points_are_those_that_were_made() -> None:
+def test_estimated_scatter_of_many_points_matches_the_simulated_errors() -> None:
     rng = np.random.default_rng(5)
     places = rng.uniform(-50, 50, (4000, 3))
     sigma = np.array([0.1, 0.2, 0.9])
@@ -62,7 +62,7 @@ def test_the_errors_of_many_points_are_those_that_were_made() -> None:
     assert found.sigma == pytest.approx(sigma, rel=0.05)
 
 
-def test_the_covariance_turns_with_the_world() -> None:
+def test_covariance_rotates_with_the_world() -> None:
     """A world turned by 90 degrees about up exchanges east and north."""
     rng = np.random.default_rng(6)
     places = rng.uniform(-1, 1, (20, 3)) * [40, 5, 8]
@@ -75,7 +75,7 @@ def test_the_covariance_turns_with_the_world() -> None:
     assert turned.sigma == pytest.approx(first.sigma[[1, 0, 2]], rel=1e-9)
 
 
-def test_stated_accuracies_that_the_residuals_contradict_are_not_believed() -> None:
+def test_stated_accuracy_contradicted_by_residuals_is_not_used() -> None:
     rng = np.random.default_rng(7)
     places = rng.uniform(-20, 20, (10, 3))
     misses = rng.normal(0, 1.2, (10, 3))
@@ -85,14 +85,14 @@ def test_stated_accuracies_that_the_residuals_contradict_are_not_believed() -> N
     assert found.sigma.max() < 2.5
 
 
-def test_a_scale_known_badly_is_told_with_its_error() -> None:
+def test_weak_scale_is_reported_with_its_error() -> None:
     assert scale_findings(0.004) == []
     (finding,) = scale_findings(0.06 / 1.96)
     assert finding.code == "registration.weak-scale"
     assert finding.values["error95_percent"] == pytest.approx(6.0)
 
 
-def test_a_receiver_that_drifts_is_recognised_where_the_order_is_known() -> None:
+def test_receiver_drift_is_detected_if_the_order_is_known() -> None:
     """By independent errors about half of the tilts lie within what is stated."""
     inside, sound = np.zeros(2), 0
     n, runs, rho = 30, 60, 0.9
@@ -119,7 +119,7 @@ def left_over(places: np.ndarray, errors: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("heights", [1.0, 2.0])
-def test_four_points_do_not_show_that_heights_are_worse_and_the_error_holds(
+def test_stated_errors_of_four_points_cover_the_true_errors(
     heights: float,
 ) -> None:
     """By one error for all coordinates 85 % of the tilts lie within it."""

@@ -26,7 +26,7 @@ def some(n: int = 12, seed: int = 0) -> tuple[np.ndarray, Similarity]:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_similarity_is_found_again(seed: int) -> None:
+def test_known_similarity_is_recovered(seed: int) -> None:
     points, truth = some(seed=seed)
     found = fit_similarity(points, truth(points))
     assert found.scale == pytest.approx(3.7)
@@ -35,20 +35,20 @@ def test_a_similarity_is_found_again(seed: int) -> None:
     assert found.inverse(found(points)) == pytest.approx(points)
 
 
-def test_a_mirror_is_never_the_answer() -> None:
+def test_fit_never_returns_a_reflection() -> None:
     points, _ = some()
     found = fit_similarity(points, points * [1, 1, -1])
     assert np.linalg.det(found.rotation) == pytest.approx(1)
 
 
-def test_points_of_a_plane_are_enough() -> None:
+def test_coplanar_points_are_sufficient() -> None:
     points, truth = some()
     points[:, 2] = 0
     found = fit_similarity(points, truth(points))
     assert found.rotation == pytest.approx(truth.rotation)
 
 
-def test_points_on_a_line_and_two_points_are_refused() -> None:
+def test_collinear_points_and_two_points_are_rejected() -> None:
     line = np.outer(np.arange(6.0), [1, 2, 3])
     with refused("control.collinear", GeometryError):
         fit_similarity(line, line)
@@ -56,7 +56,7 @@ def test_points_on_a_line_and_two_points_are_refused() -> None:
         fit_similarity(np.eye(3)[:2], np.eye(3)[:2])
 
 
-def test_weights_of_nothing_leave_points_out() -> None:
+def test_zero_weights_exclude_points() -> None:
     points, truth = some()
     target = truth(points)
     target[3] += 50
@@ -65,7 +65,7 @@ def test_weights_of_nothing_leave_points_out() -> None:
     assert fit_similarity(points, target, weights).scale == pytest.approx(3.7)
 
 
-def test_a_third_of_wrong_points_does_no_harm() -> None:
+def test_robust_fit_tolerates_one_third_of_wrong_points() -> None:
     points, truth = some(15)
     rng = np.random.default_rng(1)
     target = truth(points) + rng.normal(0, 0.05, (15, 3))
@@ -76,7 +76,7 @@ def test_a_third_of_wrong_points_does_no_harm() -> None:
 
 
 @pytest.mark.parametrize("n", first_in_default_tier([8, 12, 30]))
-def test_good_points_are_seldom_left_out(n: int) -> None:
+def test_robust_fit_rarely_excludes_good_points(n: int) -> None:
     left = 0
     for seed in range(12):
         points, truth = some(n, seed)
@@ -85,7 +85,7 @@ def test_good_points_are_seldom_left_out(n: int) -> None:
     assert left / (12 * n) < 0.03
 
 
-def test_the_stated_rotation_error_is_the_one_that_noise_makes() -> None:
+def test_stated_rotation_error_matches_simulated_noise() -> None:
     points, truth = some(10)
     target = truth(points)
     found = []
@@ -97,7 +97,7 @@ def test_the_stated_rotation_error_is_the_one_that_noise_makes() -> None:
     assert np.cov(np.array(found).T) == pytest.approx(stated, abs=0.25 * stated.trace() / 3)
 
 
-def test_the_rotation_error_of_points_on_the_axes_has_a_closed_form() -> None:
+def test_rotation_error_of_points_on_the_axes_matches_the_closed_form() -> None:
     """Pairs at a, b, c from the middle on the axes, errors of p, q, r along them: a turn about up
     moves the first pair along the second axis and the second along the first."""
     (a, b, c), (p, q, r) = (3.0, 2.0, 5.0), (0.1, 0.3, 0.2)
@@ -113,7 +113,7 @@ def test_the_rotation_error_of_points_on_the_axes_has_a_closed_form() -> None:
     assert rotation_covariance(places @ turn.T, 0.1) == pytest.approx(turn @ even @ turn.T)
 
 
-def test_about_a_line_the_rotation_is_unknown() -> None:
+def test_rotation_about_a_line_of_points_is_undetermined() -> None:
     line = np.outer(np.arange(6.0), [1, 0, 0])
     covariance = rotation_covariance(line, 0.1)
     assert covariance[0, 0] > 1e5
@@ -121,7 +121,7 @@ def test_about_a_line_the_rotation_is_unknown() -> None:
 
 
 @pytest.mark.parametrize("weighted", [False, True])
-def test_no_small_turn_shift_or_change_of_scale_fits_better(weighted: bool) -> None:
+def test_weighted_residuals_are_orthogonal_to_all_seven_parameters(weighted: bool) -> None:
     """At the least squares the weighted residuals lean on none of the seven ways to move."""
     rng = np.random.default_rng(4)
     points, truth = some(9)
@@ -136,7 +136,7 @@ def test_no_small_turn_shift_or_change_of_scale_fits_better(weighted: bool) -> N
     assert (out * misses).sum() == pytest.approx(0.0, abs=1e-8)
 
 
-def test_a_line_in_either_frame_is_refused_and_a_slender_set_is_not() -> None:
+def test_collinear_points_in_either_frame_are_rejected_and_slender_ones_not() -> None:
     rng = np.random.default_rng(0)
     along = np.outer(np.linspace(-5, 5, 8), [1.0, 2.0, 3.0])
     for width, on_a_line in ((1e-8, True), (1e-5, False)):
@@ -155,7 +155,7 @@ def test_a_line_in_either_frame_is_refused_and_a_slender_set_is_not() -> None:
 
 
 @pytest.mark.parametrize(("width", "near"), [(0.015, True), (0.025, False)])
-def test_points_are_nearly_on_a_line_below_a_fiftieth_of_its_length(
+def test_points_are_nearly_collinear_below_one_fiftieth_of_their_length(
     width: float, near: bool
 ) -> None:
     turn = Rotation.from_euler("xyz", [20, 50, -70], degrees=True).as_matrix()
@@ -169,7 +169,7 @@ def test_fewer_than_three_points_determine_no_rotation(count: int) -> None:
     assert is_nearly_collinear(np.eye(3)[:count])
 
 
-def test_five_points_are_all_taken_and_of_six_the_wrong_one_is_left_out() -> None:
+def test_wrong_point_is_excluded_from_six_points_but_not_from_five() -> None:
     points, truth = some(6)
     target = truth(points)
     target[2] += [9.0, 0, 0]
@@ -182,7 +182,7 @@ def test_five_points_are_all_taken_and_of_six_the_wrong_one_is_left_out() -> Non
 
 
 @pytest.mark.parametrize(("off", "kept"), first_in_default_tier([(1.7, True), (11.0, False)]))
-def test_a_point_is_left_out_where_it_misses_by_some_six_errors(off: float, kept: bool) -> None:
+def test_point_is_excluded_beyond_about_six_standard_errors(off: float, kept: bool) -> None:
     """Three coordinates at 0.01 %: the square root of 3 F(0.9999; 3, 26) is 5.6."""
     found = []
     for seed in range(12):
@@ -195,7 +195,7 @@ def test_a_point_is_left_out_where_it_misses_by_some_six_errors(off: float, kept
     assert np.mean(found) == pytest.approx(float(kept), abs=0.1)
 
 
-def test_points_within_the_floor_join_however_exact_the_others_are() -> None:
+def test_points_within_min_sigma_are_used() -> None:
     points, truth = some(12)
     target = truth(points)
     target[7] += [0.0, 0.49, 0.0]
@@ -206,7 +206,7 @@ def test_points_within_the_floor_join_however_exact_the_others_are() -> None:
     assert found(points) == pytest.approx(fit_similarity(points, target)(points))
 
 
-def test_a_half_of_wrong_points_is_borne_and_the_fit_is_that_of_the_others() -> None:
+def test_robust_fit_tolerates_nearly_half_wrong_points() -> None:
     points, truth = some(13)
     target = truth(points)
     target[:5] += np.random.default_rng(2).normal(0, 60, (5, 3))
@@ -239,7 +239,7 @@ def predicted(points: np.ndarray, target: np.ndarray, at: np.ndarray) -> np.ndar
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
 @pytest.mark.parametrize("way", [(0.6, 0.0, 0.8), (0.0, 1.0, 0.0), (0.48, -0.64, -0.6)])
 @pytest.mark.parametrize("n", [7, 10])
-def test_the_last_point_joins_up_to_the_limit_of_the_f_test(
+def test_last_point_is_used_up_to_the_f_test_limit(
     n: int, way: tuple[float, float, float], size: float
 ) -> None:
     """The others are the share of the points that misses least: their scatter, that of a normal
@@ -264,7 +264,7 @@ def test_the_last_point_joins_up_to_the_limit_of_the_f_test(
         assert fit_robustly(points, target)[1][2] == joins
 
 
-def test_where_the_points_that_agree_lie_on_a_line_all_are_taken() -> None:
+def test_all_points_are_used_if_the_inliers_are_collinear() -> None:
     """A road with control points along it and three bad ones beside it: the road alone would let
     the model turn about it."""
     road = np.column_stack([np.linspace(-20, 20, 5), np.zeros(5), np.zeros(5)])
@@ -278,7 +278,7 @@ def test_where_the_points_that_agree_lie_on_a_line_all_are_taken() -> None:
     assert found(points) == pytest.approx(fit_similarity(points, target)(points))
 
 
-def test_many_points_join_together_as_they_would_one_by_one(
+def test_adding_inliers_in_groups_gives_the_same_result_as_one_by_one(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """With wrong ones of every size among them, in steps that hardly grow with their number."""

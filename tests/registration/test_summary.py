@@ -33,7 +33,7 @@ def registration(method: str, **more: object) -> Registration:
 
 
 @pytest.mark.parametrize("method", METHOD_NAMES)
-def test_every_way_of_registering_is_told(method: str) -> None:
+def test_summary_covers_every_registration_method(method: str) -> None:
     told = summarize_registration(registration(method))
     facts = {fact.code: fact for fact in told.facts}
     assert facts["method"].values == {"method": method}
@@ -47,7 +47,7 @@ def test_every_way_of_registering_is_told(method: str) -> None:
     assert "3.9" in told.rotation.message
 
 
-def test_points_beside_a_fit_to_another_model_are_judged_by_its_surfaces() -> None:
+def test_fit_to_reference_needs_no_redundant_or_check_points() -> None:
     by_points = {each.code for each in summarize_registration(registration("points")).warnings}
     judged = {"control.no-redundancy", "control.no-check-points"}
     assert judged <= by_points
@@ -55,7 +55,7 @@ def test_points_beside_a_fit_to_another_model_are_judged_by_its_surfaces() -> No
     assert not judged & fitted
 
 
-def test_errors_beyond_all_turns_are_no_figures() -> None:
+def test_rotation_error_beyond_180_degrees_is_reported_as_unknown() -> None:
     """One of four points is clicked where another one is: one sigma came out as 120 degrees, and
     as 451448516490.5 where the points were a little different."""
     from vomstudio.registration.placing import register_points

@@ -19,7 +19,7 @@ MODEL = np.random.default_rng(2).uniform(-20.0, 20.0, (5, 3))
 
 
 @pytest.mark.parametrize("n", [3, 5])
-def test_points_that_are_all_one(n: int) -> None:
+def test_coincident_points_are_rejected(n: int) -> None:
     with refused("control.one-place", GeometryError):
         vs.register(MODEL[:n], np.full((n, 3), 100.0))
     with refused("control.one-place", GeometryError):
@@ -27,7 +27,7 @@ def test_points_that_are_all_one(n: int) -> None:
 
 
 @pytest.mark.parametrize("sigma", [1e-300, 1e-160, 1e-100, 1e-9, 1e200])
-def test_errors_that_nothing_has(tmp_path: Path, sigma: float) -> None:
+def test_invalid_accuracies_are_rejected(tmp_path: Path, sigma: float) -> None:
     with refused("accuracy.out-of-range", field="sigma_m"):
         vs.register(MODEL, MODEL, sigma_m=np.full((5, 3), sigma))
     table = tmp_path / "p.csv"
@@ -42,12 +42,12 @@ def test_errors_that_nothing_has(tmp_path: Path, sigma: float) -> None:
         assert error.value.field == f"--{option}"
 
 
-def test_errors_that_are_stated_or_not() -> None:
+def test_valid_or_missing_accuracies_are_accepted() -> None:
     for value in (1e-6, 0.02, 30.0, float("nan")):
         assert check_error(value) is None
 
 
-def test_commas_in_geo_txt_are_named(tmp_path: Path) -> None:
+def test_commas_in_geo_txt_are_reported(tmp_path: Path) -> None:
     path = tmp_path / "geo.txt"
     path.write_text("EPSG:32633\na.jpg,398000,4980000,320\nb.jpg,398010,4980000,321\n")
     with refused("table.other-delimiter", delimiter=","):

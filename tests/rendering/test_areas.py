@@ -43,7 +43,7 @@ def upper(mesh: Mesh, part: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("orthographic", first_in_default_tier([False, True], 1))
-def test_an_area_tints_its_faces_and_no_others(scene: Scene, orthographic: bool) -> None:  # noqa: F811
+def test_area_tints_only_its_own_faces(scene: Scene, orthographic: bool) -> None:  # noqa: F811
     mesh = wall()
     show(scene, "m", mesh)
     scene.camera.orthographic = orthographic
@@ -67,7 +67,7 @@ def test_an_area_tints_its_faces_and_no_others(scene: Scene, orthographic: bool)
     assert np.median(np.abs(painted[at] - mixed)) < 3.0
 
 
-def test_what_lies_behind_the_surface_is_not_painted_over_it(scene: Scene) -> None:  # noqa: F811
+def test_area_behind_the_surface_is_not_visible(scene: Scene) -> None:  # noqa: F811
     mesh = wall(relief=0.05)
     show(scene, "m", mesh)
     before(scene)
@@ -81,7 +81,7 @@ def test_what_lies_behind_the_surface_is_not_painted_over_it(scene: Scene) -> No
     assert np.abs(painted[y, x] - plain[y, x]).max() < 3
 
 
-def test_a_change_of_one_area_leaves_the_others_alone(scene: Scene) -> None:  # noqa: F811
+def test_changing_one_area_does_not_redraw_the_others(scene: Scene) -> None:  # noqa: F811
     mesh = wall()
     show(scene, "m", mesh)
     before(scene)
@@ -108,7 +108,7 @@ def test_a_change_of_one_area_leaves_the_others_alone(scene: Scene) -> None:  # 
     assert layer._selected_piece.fill.GetMapper().GetInput().GetNumberOfCells() == 80
 
 
-def test_a_hidden_or_removed_area_is_gone(scene: Scene) -> None:  # noqa: F811
+def test_hidden_or_removed_area_is_not_drawn(scene: Scene) -> None:  # noqa: F811
     mesh = wall()
     show(scene, "m", mesh)
     before(scene)
@@ -123,7 +123,7 @@ def test_a_hidden_or_removed_area_is_gone(scene: Scene) -> None:  # noqa: F811
         assert (scene.canvas.pixels()[::-1, :, :3] == plain).all()
 
 
-def test_the_live_area_comes_and_goes(scene: Scene) -> None:  # noqa: F811
+def test_preview_area_is_shown_and_cleared(scene: Scene) -> None:  # noqa: F811
     mesh = wall()
     show(scene, "m", mesh)
     before(scene)

@@ -28,7 +28,7 @@ def looking(trend: float, plunge: float, *, orthographic: bool = False) -> Camer
 
 
 @given(trends, plunges)
-def test_looking_along_a_line_gives_back_its_trend_and_plunge(trend: float, plunge: float) -> None:
+def test_looking_along_a_line_returns_its_trend_and_plunge(trend: float, plunge: float) -> None:
     camera = looking(trend, plunge)
     t, p = camera.trend_plunge()
     assert p == pytest.approx(plunge, abs=1e-6)
@@ -37,7 +37,7 @@ def test_looking_along_a_line_gives_back_its_trend_and_plunge(trend: float, plun
 
 
 @given(trends, st.floats(-88.9, 88.9))
-def test_image_up_is_up_projected_onto_the_picture(trend: float, plunge: float) -> None:
+def test_image_up_is_world_up_projected_onto_the_image(trend: float, plunge: float) -> None:
     right, up, direction = view_frame(trend, plunge)
     assert right[2] == pytest.approx(0.0, abs=1e-9)
     assert up[2] > 0.0
@@ -54,7 +54,7 @@ def test_north_is_image_up_within_a_degree_of_the_vertical(trend: float, plunge:
     assert right[0] == pytest.approx(math.copysign(1.0, plunge), abs=1e-3)
 
 
-def test_looking_north_east_lies_to_the_right() -> None:
+def test_east_is_on_the_right_when_looking_north() -> None:
     camera = looking(*STANDARD_VIEWS["north"])
     pixels, _ = camera.project(UTM + np.array([[0, 0, 0], [5.0, 0, 0], [0, 0, 2.0]]), SIZE)
     assert pixels[1, 0] > pixels[0, 0]
@@ -75,7 +75,7 @@ def test_a_point_on_a_pixels_ray_projects_to_that_pixel(
 
 
 @pytest.mark.parametrize("orthographic", [False, True])
-def test_orbiting_zooming_and_panning_hold_what_they_should_hold(orthographic: bool) -> None:
+def test_orbiting_zooming_and_panning_keep_their_fixed_points(orthographic: bool) -> None:
     camera = looking(30.0, 20.0, orthographic=orthographic)
     point = UTM + np.array([3.0, -2.0, 1.0])
     before, _ = camera.project(point[None], SIZE)
@@ -113,7 +113,7 @@ def test_switching_the_projection_keeps_the_size_at_the_pivot() -> None:
     np.testing.assert_allclose(after, before, atol=1e-6)
 
 
-def test_millimetres_at_utm_survive_the_projection() -> None:
+def test_projection_resolves_millimetres_at_utm_coordinates() -> None:
     camera = looking(0.0, 0.0, orthographic=True)
     camera.zoom(0.001, UTM)
     step = np.array([[0.0, 0.0, 0.0], [0.001, 0.0, 0.0]]) + UTM
@@ -137,7 +137,7 @@ def test_fitting_shows_every_point_and_fills_the_view(orthographic: bool) -> Non
 
 
 @pytest.mark.parametrize("orthographic", [False, True])
-def test_depth_range_holds_the_scene_and_depth_values_invert(orthographic: bool) -> None:
+def test_depth_range_contains_the_scene_and_depth_values_invert(orthographic: bool) -> None:
     camera = looking(0.0, 45.0, orthographic=orthographic)
     corners = UTM + np.array([[-20.0, -30.0, -5.0], [20.0, 30.0, 5.0]])
     eye = camera.eye(corners)
@@ -150,7 +150,7 @@ def test_depth_range_holds_the_scene_and_depth_values_invert(orthographic: bool)
     np.testing.assert_allclose(eye.depth_from_buffer(z), depth, rtol=1e-9)
 
 
-def test_a_view_goes_through_json_unchanged() -> None:
+def test_view_survives_json() -> None:
     camera = looking(123.0, 33.0, orthographic=True)
     camera.tumble(10.0, 20.0)
     other = Camera()
@@ -165,7 +165,7 @@ def test_a_view_goes_through_json_unchanged() -> None:
     "damage",
     [{"distance": -1.0}, {"position": [1.0, 2.0]}, {"up": [0, 0, 0]}, {"pivot": "north"}],
 )
-def test_a_damaged_view_is_refused_and_changes_nothing(damage: dict[str, object]) -> None:
+def test_damaged_view_is_rejected_and_changes_nothing(damage: dict[str, object]) -> None:
     camera = looking(12.0, 3.0)
     before = camera.to_dict()
     with pytest.raises(ValueError, match="camera"):
@@ -175,7 +175,7 @@ def test_a_damaged_view_is_refused_and_changes_nothing(damage: dict[str, object]
 
 @pytest.mark.parametrize("orthographic", [False, True])
 @pytest.mark.parametrize("away", [-4.7e6, 4.7e6])
-def test_a_model_in_another_frame_far_away_does_not_swallow_what_is_looked_at(
+def test_distant_model_does_not_degrade_depth_precision_at_the_pivot(
     orthographic: bool, away: float
 ) -> None:
     """Nearness to the pivot stays in the depth range, and 24 bits tell millimetres apart there."""
@@ -192,7 +192,7 @@ def test_a_model_in_another_frame_far_away_does_not_swallow_what_is_looked_at(
     assert step < 2e-4 * camera.distance
 
 
-def test_a_view_a_hair_west_of_north_is_towards_0_and_never_towards_360() -> None:
+def test_view_slightly_west_of_north_has_trend_0_not_360() -> None:
     camera = Camera()
     camera.look_along(-1e-14, 0.0)
     trend, _ = camera.trend_plunge()

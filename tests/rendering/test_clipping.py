@@ -27,7 +27,7 @@ def test_a_box_has_eight_corners_twelve_edges_and_six_faces() -> None:
     assert len(BOX_FACES) == 6
 
 
-def test_faces_never_pass_each_other() -> None:
+def test_opposite_box_faces_cannot_cross() -> None:
     assert BOX.move_face(0, 1, 3.0).high == (3.0, 4.0, 6.0)
     moved = BOX.move_face(0, 1, -5.0)
     assert moved.low[0] < moved.high[0] < 0.1
@@ -35,19 +35,19 @@ def test_faces_never_pass_each_other() -> None:
     assert 5.9 < moved.low[2] < moved.high[2]
 
 
-def test_a_flat_model_has_a_box_with_a_height() -> None:
+def test_box_of_a_flat_model_has_nonzero_height() -> None:
     box = ClipBox.from_points(np.array([[0.0, 0, 5], [1, 1, 5]]))
     assert box.low[2] < 5.0 < box.high[2]
 
 
-def test_a_ray_is_inside_between_the_faces_that_it_meets() -> None:
+def test_ray_range_is_between_the_faces_that_the_ray_crosses() -> None:
     assert BOX.ray_range(np.array([5.0, -10, 3]), np.array([0.0, 1, 0])) == (10.0, 14.0)
     assert BOX.ray_range(np.array([5.0, 2, 3]), np.array([0.0, 1, 0])) == (0.0, 2.0)
     assert BOX.ray_range(np.array([5.0, -10, 9]), np.array([0.0, 1, 0])) is None
     assert BOX.ray_range(np.array([5.0, 10, 3]), np.array([0.0, 1, 0])) is None
 
 
-def test_limits_are_in_the_models_own_metres() -> None:
+def test_box_limits_are_in_model_units() -> None:
     """A model in millimetres, turned a quarter about the vertical."""
     to_world = np.eye(4)
     to_world[:3, :3] = 1e-3 * np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])

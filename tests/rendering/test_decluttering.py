@@ -22,7 +22,7 @@ def placed_boxes(n: int) -> tuple[dict[int, tuple[float, float]], np.ndarray]:
     return place_labels(grid, anchors, sizes, np.arange(n)), sizes
 
 
-def test_no_two_labels_overlap_and_none_leaves_the_view() -> None:
+def test_labels_neither_overlap_nor_leave_the_view() -> None:
     placed, sizes = placed_boxes(1000)
     ids = np.array(list(placed))
     low = np.array([placed[i] for i in ids])
@@ -38,7 +38,7 @@ def test_no_two_labels_overlap_and_none_leaves_the_view() -> None:
     assert not kept_free.any()
 
 
-def test_the_first_in_order_gets_its_place() -> None:
+def test_first_label_in_order_is_placed() -> None:
     anchors = np.array([[100.0, 100.0], [101.0, 100.0]])
     sizes = np.full((2, 2), 400.0)
     placed = place_labels(LabelGrid(520.0, 520.0), anchors, sizes, np.array([1, 0]))
@@ -65,7 +65,7 @@ def test_labels_keep_their_corner_while_it_is_free() -> None:
     assert corners.tolist() == [0]
 
 
-def test_places_go_to_the_selected_then_to_the_larger() -> None:
+def test_selected_features_are_labelled_first_then_larger_ones() -> None:
     extents = np.array([1.0, 5.0, 3.0, 2.0])
     none = np.zeros(4, bool)
     chosen = np.array([True, False, False, False])
@@ -78,7 +78,7 @@ def test_places_go_to_the_selected_then_to_the_larger() -> None:
     assert order_by_importance(none, ~chosen, np.zeros(4), is_moving=True).tolist() == [1, 2, 3, 0]
 
 
-def test_a_grid_of_bits_takes_what_a_grid_of_cells_takes() -> None:
+def test_bit_grid_is_equivalent_to_a_cell_grid() -> None:
     rng = np.random.default_rng(3)
     grid = LabelGrid(300.0, 200.0)
     taken = np.zeros((200 // CELL_PIXELS + 2, 300 // CELL_PIXELS + 2), bool)
@@ -95,7 +95,7 @@ def test_a_grid_of_bits_takes_what_a_grid_of_cells_takes() -> None:
 
 
 @pytest.mark.parametrize("moving", [False, True])
-def test_labels_placed_in_bulk_stand_where_placing_one_after_the_other_puts_them(moving):
+def test_bulk_placement_equals_sequential_placement(moving):
     rng = np.random.default_rng(11)
     n, gap, image = 2000, 7.0, (640.0, 401.0)
     anchors = rng.uniform((-40.0, -40.0), (700.0, 460.0), (n, 2))

@@ -39,7 +39,7 @@ def has_color(image: QImage, color: str) -> bool:
 
 # --- poor planes --------------------------------------------------------------------------------
 @pytest.mark.parametrize("outlined", [False, True])
-def test_an_outlined_disc_is_a_closed_line(outlined: bool) -> None:
+def test_outlined_disc_is_drawn_as_a_closed_line(outlined: bool) -> None:
     runs = FeatureRuns()
     runs.change({"f": drawing(is_outlined=outlined)})
     assert runs.discs().sizes.tolist() == ([] if outlined else [4])
@@ -49,7 +49,7 @@ def test_an_outlined_disc_is_a_closed_line(outlined: bool) -> None:
 
 
 # --- labels -------------------------------------------------------------------------------------
-def test_a_label_with_a_verdict_has_its_mark(qapp) -> None:
+def test_label_with_a_verdict_shows_its_mark(qapp) -> None:
     labels = LabelCache()
     plain, marked = labels.size("B01"), labels.size("B01", "poor")
     assert marked[0] > plain[0]
@@ -81,7 +81,7 @@ def test_the_hovered_feature_is_labelled_once(image, mode, labelled, is_painted)
     assert has_color(image, VERDICT_COLORS["good"]) == is_painted
 
 
-def test_the_label_of_a_hovered_feature_stays_inside(image) -> None:
+def test_label_of_a_hovered_feature_stays_inside_the_view(image) -> None:
     corners = Annotations()
     painter = QPainter(image)
     for x, y in ((0.0, 0.0), (299.0, 119.0)):
@@ -95,7 +95,7 @@ def test_the_label_of_a_hovered_feature_stays_inside(image) -> None:
     )
 
 
-def test_while_the_view_moves_many_labels_are_moved_and_none_is_added(image, monkeypatch) -> None:
+def test_moving_view_moves_existing_labels_and_adds_none(image, monkeypatch) -> None:
     monkeypatch.setattr(annotations_module, "MAX_PLACED_IN_MOTION", 3)
     points = {name: (30.0 + 60.0 * i, 20.0 + 18.0 * i) for i, name in enumerate("abcd")}
     drawings = {
@@ -132,7 +132,7 @@ def test_while_the_view_moves_many_labels_are_moved_and_none_is_added(image, mon
     ("selected", "mode", "labelled"),
     [(0, "auto", 0), (3, "auto", 3), (3, "none", 0), (0, "all", 40), (3, "selected", 3)],
 )
-def test_only_features_that_may_be_labelled_are_projected(image, selected, mode, labelled) -> None:
+def test_only_features_eligible_for_labels_are_projected(image, selected, mode, labelled) -> None:
     drawings = {
         str(i): FeatureDrawing(str(i), LINE, None, (0.0, 0.4, 0.7), str(i), LINE[0])
         for i in range(40)
@@ -160,7 +160,7 @@ def test_only_features_that_may_be_labelled_are_projected(image, selected, mode,
     assert projected == [5 * labelled] * 2
 
 
-def test_changed_drawings_are_labelled_as_if_all_were_new(image) -> None:
+def test_labels_after_changes_equal_those_of_a_fresh_layout(image) -> None:
     symbol = Symbol("line", LINE[0], LINE[1], LINE[1], "30", 1.0)
 
     def at(name: str, x: float, **more) -> FeatureDrawing:
@@ -203,7 +203,7 @@ def test_changed_drawings_are_labelled_as_if_all_were_new(image) -> None:
 
 
 # --- legend -------------------------------------------------------------------------------------
-def test_a_legend_without_entries_takes_no_room(image) -> None:
+def test_legend_without_entries_is_not_drawn(image) -> None:
     before = image.copy()
     legend = ColorLegend("Type")
     assert legend.box().isEmpty()

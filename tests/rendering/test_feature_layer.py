@@ -18,7 +18,7 @@ def _line(name: str, x: float) -> FeatureDrawing:
 
 
 @pytest.mark.full
-def test_selected_lines_lie_over_each_other_as_they_do_otherwise() -> None:
+def test_selected_lines_keep_the_drawing_order_of_features() -> None:
     """Pictures of one selection are the same on every day: ids are random."""
     layer = FeatureLayer()
     layer.attach(vtkRenderer(), vtkRenderer())

@@ -29,7 +29,7 @@ def drawing(key: str, what: str, seed: int) -> FeatureDrawing | None:
 @pytest.mark.full
 @settings(max_examples=25)
 @given(CHANGES)
-def test_blocks_hold_what_all_features_one_after_the_other_hold(changes):
+def test_block_arrays_equal_the_concatenated_features(changes):
     origin = np.array([5e6, 5e6, 5e6])
     runs, kept = FeatureRuns(), {}
     first = {str(i): drawing(str(i), "d", i % 10) for i in range(290)}

@@ -23,7 +23,7 @@ def taught(seconds_per_part: float) -> Pace:
     return pace
 
 
-def test_what_was_learned_is_expected() -> None:
+def test_estimate_follows_recorded_frame_times() -> None:
     pace = taught(0.004)
     assert pace.estimate_seconds([Part(), Part()]) == pytest.approx(0.008, rel=0.01)
     assert pace.estimate_seconds([Part(is_uploaded=False)]) > pace.estimate_seconds([Part()])
@@ -32,7 +32,7 @@ def test_what_was_learned_is_expected() -> None:
     )
 
 
-def test_a_piece_fills_its_time_and_has_at_least_one_part() -> None:
+def test_batch_fills_its_time_budget_and_has_at_least_one_part() -> None:
     many = [Part() for _ in range(100)]
     assert taught(BATCH_S / 5.0).next_batch(many) in (4, 5)
     assert taught(10.0 * BATCH_S).next_batch(many) == 1
@@ -40,19 +40,19 @@ def test_a_piece_fills_its_time_and_has_at_least_one_part() -> None:
     assert Pace().next_batch([]) == 0
 
 
-def test_a_machine_that_slows_down_is_noticed_at_once() -> None:
+def test_slowdown_raises_the_estimate_immediately() -> None:
     pace = taught(0.002)
     pace.record_frame([Part()], 0.040)
     assert pace.estimate_seconds([Part()]) > 0.015
 
 
-def test_first_drawings_teach_nothing() -> None:
+def test_first_uploads_do_not_affect_the_estimate() -> None:
     pace = taught(0.002)
     pace.record_frame([Part(), Part(is_uploaded=False)], 5.0)
     assert pace.estimate_seconds([Part()]) == pytest.approx(0.002, rel=0.01)
 
 
-def test_moving_pictures_take_as_many_sets_as_there_is_time_for() -> None:
+def test_number_of_sets_in_motion_fits_the_frame_time() -> None:
     pace = Pace()
     for _ in range(30):
         pace.record_moving_frame(0.001, 6)

@@ -25,7 +25,7 @@ def _cloud() -> PointCloud:
 @pytest.mark.parametrize(
     "data", first_in_default_tier([_mesh(), _cloud()], 1), ids=["mesh", "cloud"]
 )
-def test_work_closed_while_a_thread_hands_over_says_nothing(
+def test_closing_the_queue_during_a_submission_reports_no_error(
     data: Mesh | PointCloud, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A thread that has told the size of its model has the next piece of work to submit, and its

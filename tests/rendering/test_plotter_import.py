@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 
-def test_the_import_in_a_thread_creates_no_qt_classes() -> None:
+def test_plotter_import_in_a_thread_loads_no_qt_modules() -> None:
     program = (
         "import sys\n"
         "from vomstudio.rendering.qt.second_view import import_plotter\n"

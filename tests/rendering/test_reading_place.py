@@ -25,7 +25,7 @@ pixel = st.tuples(st.floats(0, 900), st.floats(0, 600))
 @pytest.mark.full
 @given(st.lists(pixel, min_size=2, max_size=12), pixel, st.booleans())
 @settings(max_examples=200, deadline=None)
-def test_wherever_some_place_is_free_nothing_is_covered(line, cursor, rubber):
+def test_reading_covers_nothing_if_free_space_exists(line, cursor, rubber):
     """Judged by Shapely: if the box covers anything, then so would boxes all over the view."""
     drawn = LineString([*line, cursor]) if rubber else LineString(line)
     picked = PickedPoints(np.array(line), cursor, np.array(cursor) if rubber else None)
@@ -46,7 +46,7 @@ def test_wherever_some_place_is_free_nothing_is_covered(line, cursor, rubber):
             assert other.buffer(8.5).intersects(drawn) or other.intersects(at)
 
 
-def test_lines_along_all_edges_leave_it_the_room_between_them() -> None:
+def test_reading_is_placed_between_lines_along_all_edges() -> None:
     rows = [(0.0, 40.0), (900.0, 40.0), (900.0, 300.0), (0.0, 300.0), (0.0, 560.0), (900.0, 560.0)]
     _, place = ReadingPosition().choose([SIZE], VIEW, PickedPoints(np.array(rows), (4.0, 596.0)))
     assert not rectangle(place).buffer(7.5).intersects(LineString(rows))
@@ -54,7 +54,7 @@ def test_lines_along_all_edges_leave_it_the_room_between_them() -> None:
 
 @given(st.tuples(pixel, pixel), pixel, st.floats(1, 400), st.floats(1, 300))
 @settings(max_examples=200, deadline=None)
-def test_the_covered_length_is_that_of_shapely(ends, corner, wide, high):
+def test_covered_length_matches_shapely(ends, corner, wide, high):
     found = _lengths_inside((*corner, wide, high), np.array(ends, float).reshape(1, 4))
     request_photos = LineString(ends).intersection(rectangle((*corner, wide, high))).length
     assert found[0] == pytest.approx(request_photos, abs=1e-6)
@@ -69,7 +69,7 @@ def test_a_widget_over_the_view_is_avoided(x: float) -> None:
     assert not rectangle(place).intersects(rectangle(widget))
 
 
-def test_it_stands_beside_the_cursor_and_never_ahead_of_the_line():
+def test_reading_is_near_the_cursor_but_not_ahead_of_the_line():
     """Picking to the right and downwards: the place to the right below is where one looks next."""
     line = np.array([[100.0, 100.0], [300.0, 200.0]])
     place = ReadingPosition()
@@ -81,7 +81,7 @@ def test_it_stands_beside_the_cursor_and_never_ahead_of_the_line():
     assert rectangle(found).distance(LineString([(400, 250), (400, 250.1)])) < 40.0
 
 
-def test_it_keeps_its_side_while_that_is_free():
+def test_reading_keeps_its_side_while_it_is_free():
     place, sides = ReadingPosition(), set()
     line = np.array([[150.0, 300.0], [300.0, 300.0]])
     for y in np.linspace(280.0, 320.0, 60):
@@ -91,7 +91,7 @@ def test_it_keeps_its_side_while_that_is_free():
     assert len(sides) == 1
 
 
-def test_it_comes_back_from_an_edge_only_to_ample_room():
+def test_reading_returns_from_the_edge_only_with_ample_space():
     """A comb of lines round the cursor drives it to the edge; as the comb opens it stays there
     longer than it took to drive it off."""
 
@@ -116,7 +116,7 @@ def step(place: ReadingPosition, picked: PickedPoints) -> int:
     return place.side
 
 
-def test_where_only_the_first_line_finds_a_place_it_stands_alone():
+def test_only_the_first_line_is_shown_if_the_rest_does_not_fit():
     rows = np.arange(0.0, 600.0, 70.0)
     line = np.array([(x, y) for i, y in enumerate(rows) for x in ((0, 900), (900, 0))[i % 2]])
     line = np.array([(x, y) for x, y in line])
@@ -126,14 +126,14 @@ def test_where_only_the_first_line_finds_a_place_it_stands_alone():
     assert not rectangle(found).buffer(7.0).intersects(LineString(line))
 
 
-def test_points_behind_the_viewer_are_no_hindrance():
+def test_points_behind_the_viewer_are_ignored():
     line = np.array([[100.0, 100.0], [np.nan, np.nan], [700.0, 500.0]])
     number, found = ReadingPosition().choose([SIZE], VIEW, PickedPoints(line, (400.0, 300.0)))
     assert number == 0
     assert np.isfinite(found).all()
 
 
-def test_a_brush_keeps_its_ring_free():
+def test_reading_does_not_cover_the_brush_ring():
     picked = PickedPoints(np.zeros((0, 2)), (450.0, 300.0), None, np.zeros((0, 2)), 90.0)
     _, found = ReadingPosition().choose([SIZE], VIEW, picked)
     x, y, wide, high = found

@@ -26,7 +26,7 @@ def scale(name: str, values: np.ndarray, **style: object) -> scalars.Scale:
 
 
 @pytest.mark.parametrize("name", ["viridis", "cividis"])
-def test_colours_are_matplotlibs(name: str) -> None:
+def test_colours_match_matplotlib(name: str) -> None:
     values = np.linspace(-3.0, 40.0, 1001)
     made = make_scale(
         cloud(depth=np.abs(values)), FieldStyle("depth", 0.0, 30.0, palette=name), LEVEL
@@ -35,7 +35,7 @@ def test_colours_are_matplotlibs(name: str) -> None:
     assert np.array_equal(made.colors(values), expected)
 
 
-def test_the_range_is_that_of_the_percentiles_2_and_98() -> None:
+def test_default_range_is_the_2nd_to_98th_percentile() -> None:
     values = np.random.default_rng(1).gamma(2.0, 100.0, 50_001)
     made = scale("intensity", values)
     assert [made.low, made.high] == pytest.approx(np.percentile(values, [2, 98]))
@@ -47,7 +47,7 @@ def test_the_range_is_that_of_the_percentiles_2_and_98() -> None:
     assert not whole.has_higher_values
 
 
-def test_a_signed_field_has_zero_in_the_middle_of_a_diverging_map() -> None:
+def test_signed_field_uses_a_diverging_map_centred_on_zero() -> None:
     made = scale("C2C signed distances", np.array([-1.0, 0.5, 3.0, 0.0] * 20))
     assert made.kind == "diverging"
     assert made.low == -made.high
@@ -57,7 +57,7 @@ def test_a_signed_field_has_zero_in_the_middle_of_a_diverging_map() -> None:
     assert red > blue
 
 
-def test_azimuths_close_in_a_circle() -> None:
+def test_azimuths_use_a_cyclic_map() -> None:
     made = scale("dip direction [deg]", np.array([3.0, 90.0, 359.0]))
     assert (made.kind, made.low, made.high) == ("cyclic", 0.0, 360.0)
     near, far = made.colors(np.array([0.5, 359.5])).astype(int)
@@ -65,7 +65,7 @@ def test_azimuths_close_in_a_circle() -> None:
     assert np.array_equal(made.colors(np.array([-10.0])), made.colors(np.array([350.0])))
 
 
-def test_what_has_no_value_is_grey() -> None:
+def test_missing_values_are_grey() -> None:
     made = scale("roughness", np.array([0.1, np.nan, 0.3, np.inf]))
     assert made.missing
     assert [tuple(c) for c in made.colors(np.array([np.nan, np.inf]))] == [
@@ -105,7 +105,7 @@ def test_elevation_is_the_height_in_world() -> None:
     assert (made.kind, made.unit) == ("sequential", "m")
 
 
-def test_a_field_of_one_value_has_a_range() -> None:
+def test_constant_field_has_a_nonzero_range() -> None:
     made = scale("intensity", np.full(10, 7, np.uint16))
     assert made.low < 7.0 < made.high
     assert made.colors(np.array([7.0])).shape == (1, 3)

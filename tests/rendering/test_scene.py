@@ -83,7 +83,7 @@ def wall(n: int = 40, *, textures: list[Path] | None = None, relief: float = 0.3
 
 
 @pytest.mark.parametrize("orthographic", [False, True])
-def test_what_is_drawn_lies_where_project_says(scene: Scene, orthographic: bool) -> None:
+def test_drawn_points_match_the_projection(scene: Scene, orthographic: bool) -> None:
     marks = UTM + np.array([[1.0, 0.0, 1.0], [9.0, 3.0, 7.0], [5.0, -2.0, 4.0], [2.0, 1.0, 6.5]])
     colors = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0]], np.uint8)
     show(scene, "c", PointCloud(marks, colors))
@@ -102,7 +102,7 @@ def test_what_is_drawn_lies_where_project_says(scene: Scene, orthographic: bool)
         assert np.abs(middle - mark).max() < 0.75
 
 
-def test_the_frame_in_pieces_is_the_frame_in_one(scene: Scene, tmp_path: Path) -> None:
+def test_frame_drawn_in_parts_equals_frame_drawn_at_once(scene: Scene, tmp_path: Path) -> None:
     path = tmp_path / "t.png"
     noise = np.random.default_rng(0).integers(0, 255, (64, 64, 3), np.uint8)
     Image.fromarray(noise).save(path)
@@ -119,7 +119,7 @@ def test_the_frame_in_pieces_is_the_frame_in_one(scene: Scene, tmp_path: Path) -
     assert np.abs(pieces - whole).max() <= 2
 
 
-def test_features_over_a_kept_surface_are_those_of_a_full_redraw(scene: Scene) -> None:
+def test_features_over_a_cached_surface_equal_a_full_redraw(scene: Scene) -> None:
     show(scene, "w", wall(relief=0.0))
     scene.camera.fit(scene.corners(), SIZE)
     line = UTM + np.array([[1.0, 0.0, 1.0], [9.0, 0.0, 7.0]])
@@ -138,7 +138,7 @@ def test_features_over_a_kept_surface_are_those_of_a_full_redraw(scene: Scene) -
     assert np.abs(scene.canvas.pixels()[::-1, :, :3].astype(int) - bare).max() <= 2
 
 
-def test_a_selection_over_kept_features_is_that_of_a_full_redraw(scene: Scene) -> None:
+def test_selection_over_cached_features_equals_a_full_redraw(scene: Scene) -> None:
     show(scene, "w", wall(relief=0.0))
     scene.camera.fit(scene.corners(), SIZE)
     drawings = {}
@@ -169,7 +169,7 @@ def test_a_selection_over_kept_features_is_that_of_a_full_redraw(scene: Scene) -
 
 @pytest.mark.parametrize("orthographic", first_in_default_tier([True, False], 1))
 @pytest.mark.parametrize("near", first_in_default_tier([1.0, 0.7], 1))
-def test_one_feature_changed_among_many_is_that_of_a_full_redraw(
+def test_changing_one_of_many_features_equals_a_full_redraw(
     scene: Scene, orthographic: bool, near: float
 ) -> None:
     show(scene, "w", wall(relief=0.0))
@@ -211,7 +211,7 @@ def test_one_feature_changed_among_many_is_that_of_a_full_redraw(
 
 @pytest.mark.full
 @pytest.mark.parametrize("orthographic", [True, False])
-def test_many_features_drawn_in_bands_are_those_drawn_in_one(
+def test_features_drawn_in_bands_equal_those_drawn_at_once(
     scene: Scene, orthographic: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     show(scene, "w", wall(relief=0.0))
@@ -270,7 +270,7 @@ def test_many_features_drawn_in_bands_are_those_drawn_in_one(
     assert not np.array_equal(once_more, over)
 
 
-def test_a_large_selection_drawn_in_bands_is_the_one_drawn_at_once(
+def test_large_selection_drawn_in_bands_equals_one_drawn_at_once(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     show(scene, "w", wall(relief=0.0))
@@ -320,7 +320,7 @@ def test_lines_simplified_in_a_moving_view_are_complete_at_rest(
     assert scene.picture.is_complete
 
 
-def test_features_that_change_while_a_frame_is_in_bands_are_in_it(
+def test_features_changed_during_a_banded_frame_are_drawn(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(frame_drawing, "BAND_POINTS", 40)
@@ -363,7 +363,7 @@ def only_emphasis(style_part: Callable[..., None]) -> Callable[..., None]:
     return checked
 
 
-def test_a_line_behind_the_surface_is_faint_and_one_on_it_is_full(scene: Scene) -> None:
+def test_line_behind_the_surface_is_drawn_faintly(scene: Scene) -> None:
     show(scene, "w", wall(relief=0.0))
     scene.camera.orthographic = True
     scene.camera.fit(scene.corners(), SIZE)
@@ -380,7 +380,7 @@ def test_a_line_behind_the_surface_is_faint_and_one_on_it_is_full(scene: Scene) 
     assert 15 < strength[1] < 0.6 * strength[0]
 
 
-def test_features_without_a_model_stay_where_they_are_while_the_driver_warms_up(
+def test_warming_up_the_driver_does_not_move_features(
     scene: Scene,
 ) -> None:
     line = UTM + np.array([[1.0, 0.0, 1.0], [9.0, 0.0, 7.0]])
@@ -393,7 +393,7 @@ def test_features_without_a_model_stay_where_they_are_while_the_driver_warms_up(
     assert np.array_equal(rest(scene), before)
 
 
-def test_a_feature_outside_the_drawn_depth_is_not_cut_off(scene: Scene) -> None:
+def test_feature_outside_the_model_depth_range_is_drawn(scene: Scene) -> None:
     show(scene, "w", wall(relief=0.0))
     scene.camera.orthographic = True
     scene.camera.fit(scene.corners(), SIZE)
@@ -405,7 +405,7 @@ def test_a_feature_outside_the_drawn_depth_is_not_cut_off(scene: Scene) -> None:
     assert np.abs(picture[:, 320] - bare[:, 320]).max() > 100
 
 
-def test_hidden_points_are_told_from_visible_ones(scene: Scene) -> None:
+def test_hidden_and_visible_points_are_distinguished(scene: Scene) -> None:
     show(scene, "w", wall(relief=0.0))
     scene.camera.fit(scene.corners(), SIZE)
     rest(scene)
@@ -441,7 +441,7 @@ def test_each_of_several_textures_is_drawn(scene: Scene, tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("sides", [(64, 64), (65, 50)])
-def test_a_texture_in_quarters_is_drawn_as_the_whole(
+def test_tiled_texture_equals_the_whole_texture(
     scene: Scene, tmp_path: Path, sides: tuple[int, int]
 ) -> None:
     path = tmp_path / "t.png"
@@ -466,7 +466,7 @@ def test_a_texture_in_quarters_is_drawn_as_the_whole(
     assert np.abs(quarters - whole).max() <= 1
 
 
-def test_a_texture_that_cannot_be_read_is_told_and_the_surface_is_still_there(
+def test_unreadable_texture_is_reported_and_the_surface_is_drawn(
     scene: Scene, tmp_path: Path
 ) -> None:
     good, torn = tmp_path / "good.png", tmp_path / "torn.jpg"
@@ -481,7 +481,7 @@ def test_a_texture_that_cannot_be_read_is_told_and_the_surface_is_still_there(
     assert (np.abs(picture - picture[2, 2]).max(axis=2) > 10).mean() > 0.4
 
 
-def test_a_texture_too_large_for_the_card_is_reduced_and_told(tmp_path: Path) -> None:
+def test_texture_too_large_for_the_gpu_is_reduced_and_reported(tmp_path: Path) -> None:
     from vomstudio.rendering.prepare.textures import load_texture
 
     path = tmp_path / "large.jpg"
@@ -496,7 +496,7 @@ def test_a_texture_too_large_for_the_card_is_reduced_and_told(tmp_path: Path) ->
     assert load_texture(path, 256).levels[0].width == 1
 
 
-def test_two_models_far_apart_in_frame_meet_in_world(scene: Scene) -> None:
+def test_models_in_distant_frames_are_aligned_in_world(scene: Scene) -> None:
     first = wall(relief=0.0)
     shift = np.eye(4)
     shift[:3, 3] = UTM
@@ -543,7 +543,7 @@ def test_a_pick_projects_back_to_its_pixel_and_lies_on_its_face(
     assert hits > 20
 
 
-def test_a_cloud_gives_one_of_its_own_points_from_the_front(scene: Scene) -> None:
+def test_pick_on_a_cloud_returns_a_point_of_its_front(scene: Scene) -> None:
     rng = np.random.default_rng(0)
     front = rng.uniform(0, 1, (40_000, 3)) * [10.0, 0.02, 8.0]
     back = front + np.array([0.0, 3.0, 0.0])
@@ -566,7 +566,7 @@ def cliff(count: int) -> PointCloud:
     return PointCloud(points, rng.integers(40, 255, (count, 3), np.uint8))
 
 
-def test_a_cloud_is_seen_before_it_is_prepared(scene: Scene) -> None:
+def test_cloud_is_drawn_before_preparation_finishes(scene: Scene) -> None:
     cloud = cliff(300_000)
     bounds = preparation.finite_bounds(cloud.points, threading.Event())
     origin = np.round(bounds.mean(axis=0))
@@ -589,7 +589,7 @@ def test_a_cloud_is_seen_before_it_is_prepared(scene: Scene) -> None:
     assert not first
 
 
-def test_a_view_draws_as_many_points_of_a_cloud_as_it_has_pixels_for(scene: Scene) -> None:
+def test_number_of_drawn_cloud_points_follows_the_pixel_count(scene: Scene) -> None:
     count = 1_200_000
     show(scene, "c", cliff(count))
     scene.camera.fit(scene.corners(), SIZE)
@@ -616,7 +616,7 @@ def test_a_view_draws_as_many_points_of_a_cloud_as_it_has_pixels_for(scene: Scen
     assert drawn() == far
 
 
-def test_until_finer_nodes_are_there_the_coarse_ones_close_the_surface(scene: Scene) -> None:
+def test_coarse_nodes_close_the_surface_until_finer_ones_arrive(scene: Scene) -> None:
     cloud = cliff(400_000)
     origin = np.round(cloud.bounds.mean(axis=0))
     scene.add_model("c", cloud, np.eye(4), cloud.bounds, origin)
@@ -647,7 +647,7 @@ def test_until_finer_nodes_are_there_the_coarse_ones_close_the_surface(scene: Sc
     assert len(later) == 1
 
 
-def test_bounds_pass_over_what_is_not_finite() -> None:
+def test_bounds_ignore_non_finite_points() -> None:
     points = np.random.default_rng(0).normal(0, 5, (2000, 3)) + UTM
     request_photos = np.stack([points.min(axis=0), points.max(axis=0)])
     holed = np.insert(points, [0, 700, 1990], np.nan, axis=0)
@@ -660,7 +660,7 @@ def test_bounds_pass_over_what_is_not_finite() -> None:
     )
 
 
-def test_the_stand_in_of_a_large_mesh_is_small_coloured_and_in_place(tmp_path: Path) -> None:
+def test_proxy_of_a_large_mesh_is_small_coloured_and_aligned(tmp_path: Path) -> None:
     n = 500
     x, z = np.meshgrid(np.linspace(0, 10, n + 1), np.linspace(0, 8, n + 1))
     points = np.stack([x, np.sin(x), z], -1).reshape(-1, 3).astype(np.float32)

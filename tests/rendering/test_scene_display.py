@@ -65,7 +65,7 @@ def colors_at(scene: Scene, picture: np.ndarray, points: np.ndarray) -> np.ndarr
     return picture[rows, columns]
 
 
-def test_a_cloud_shows_its_field_in_matplotlibs_colours(scene: Scene) -> None:
+def test_cloud_field_is_drawn_in_matplotlib_colours(scene: Scene) -> None:
     values = np.linspace(0.0, 50.0, 3600)
     values[1800] = np.nan
     cloud = sheet(depth=values)
@@ -88,7 +88,7 @@ def test_a_cloud_shows_its_field_in_matplotlibs_colours(scene: Scene) -> None:
     assert max(near) <= 1, (near, found)
 
 
-def test_own_colours_come_back_and_the_fields_take_no_more_memory(scene: Scene) -> None:
+def test_original_colours_are_restored_and_field_memory_is_freed(scene: Scene) -> None:
     cloud = sheet(depth=np.linspace(0.0, 50.0, 3600))
     show(scene, "c", cloud)
     face(scene, cloud.points)
@@ -105,7 +105,7 @@ def test_own_colours_come_back_and_the_fields_take_no_more_memory(scene: Scene) 
         assert data.GetPointData().GetNumberOfArrays() == 1
 
 
-def test_points_in_the_colours_of_a_field_close_the_surface_as_before(scene: Scene) -> None:
+def test_field_colours_do_not_change_the_point_size(scene: Scene) -> None:
     cloud = sheet(depth=np.linspace(0.0, 50.0, 3600))
     show(scene, "c", cloud)
     face(scene, cloud.points)
@@ -120,7 +120,7 @@ def test_points_in_the_colours_of_a_field_close_the_surface_as_before(scene: Sce
     assert part.actor.GetProperty().GetPointSize() == size
 
 
-def test_a_mesh_and_what_stands_for_it_show_elevation(scene: Scene) -> None:
+def test_mesh_and_its_proxy_show_elevation(scene: Scene) -> None:
     n = 300
     mesh = wall(n)
     show(scene, "w", mesh)
@@ -139,7 +139,7 @@ def test_a_mesh_and_what_stands_for_it_show_elevation(scene: Scene) -> None:
             assert np.abs(colors_at(scene, picture, point[None])[0] - expected).max() <= off
 
 
-def test_colours_of_another_state_of_the_model_are_refused(scene: Scene) -> None:
+def test_field_colours_of_an_outdated_model_are_rejected(scene: Scene) -> None:
     show(scene, "w", wall())
     scene.set_mode("field")
     give_field(scene, "w", FieldStyle("elevation"))
@@ -152,7 +152,7 @@ def test_colours_of_another_state_of_the_model_are_refused(scene: Scene) -> None
     scene.models["w"].parts.pop()
 
 
-def test_plain_is_shaded_and_light_can_be_switched(scene: Scene) -> None:
+def test_plain_mode_is_shaded_and_light_can_be_switched_off(scene: Scene) -> None:
     mesh = wall()
     show(scene, "w", mesh)
     face(scene, mesh.vertices)
@@ -169,7 +169,7 @@ def test_plain_is_shaded_and_light_can_be_switched(scene: Scene) -> None:
     assert lit.sum() < flat.sum()
 
 
-def test_points_can_be_given_a_size(scene: Scene) -> None:
+def test_point_size_can_be_set(scene: Scene) -> None:
     cloud = PointCloud(UTM + np.array([[0.0, 0, 0], [10, 0, 8], [5, 0, 4]]))
     show(scene, "c", cloud)
     face(scene, cloud.points)
@@ -206,7 +206,7 @@ def test_eye_dome_lighting_darkens_the_far_side_of_an_edge_only(scene: Scene) ->
     assert (shaded[0, 0] == plain[0, 0]).all()
 
 
-def test_eye_dome_lighting_waits_for_the_rest(scene: Scene) -> None:
+def test_eye_dome_lighting_is_drawn_at_rest_only(scene: Scene) -> None:
     show(scene, "c", sheet())
     rest(scene)
     scene.set_eye_dome(True)
@@ -258,7 +258,7 @@ def background(picture: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("orthographic", first_in_default_tier([False, True], 2))
 @pytest.mark.parametrize("kind", first_in_default_tier(["mesh", "cloud"], 2))
 @pytest.mark.parametrize("located", first_in_default_tier([False, True], 2))
-def test_a_clipped_place_shows_and_gives_what_is_behind(
+def test_surface_behind_a_clipped_one_is_drawn_and_picked(
     scene: Scene, orthographic: bool, kind: str, located: bool
 ) -> None:
     if kind == "mesh":
@@ -306,7 +306,7 @@ def test_nothing_outside_the_box_is_drawn_or_picked(scene: Scene) -> None:
         assert (scene.pick(x, y, SIZE) is not None) == inside
 
 
-def test_features_outside_the_box_are_hidden_and_cut(scene: Scene) -> None:
+def test_features_are_clipped_at_the_box(scene: Scene) -> None:
     mesh = wall(20, relief=0.0)
     show(scene, "w", mesh)
     face(scene, mesh.vertices)
@@ -326,7 +326,7 @@ def test_features_outside_the_box_are_hidden_and_cut(scene: Scene) -> None:
     assert columns.max() == pytest.approx(ends[1, 0], abs=4)
 
 
-def test_the_box_stays_in_world_when_the_scene_finds_its_origin(scene: Scene) -> None:
+def test_clipping_box_stays_in_place_when_the_scene_origin_changes(scene: Scene) -> None:
     """The box of an opened project is there before the model that gives the scene its origin."""
     mesh = wall(20, relief=0.0)
     scene.set_clip(ClipBox(tuple(UTM + [-1, -1, -1]), tuple(UTM + [4.0, 1.0, 9.0])))  # type: ignore[arg-type]
@@ -339,7 +339,7 @@ def test_the_box_stays_in_world_when_the_scene_finds_its_origin(scene: Scene) ->
     assert empty[y1, x1]
 
 
-def test_painted_areas_are_cut_too(scene: Scene) -> None:
+def test_painted_areas_are_clipped_at_the_box(scene: Scene) -> None:
     mesh = wall(20, relief=0.0)
     show(scene, "w", mesh)
     face(scene, mesh.vertices)

@@ -70,7 +70,7 @@ def test_both_scenes_draw_the_same_picture_in_every_mode(scene, second, tmp_path
     assert second.picture.is_complete
 
 
-def test_a_cloud_is_the_same_in_both_scenes(scene, second) -> None:
+def test_cloud_is_drawn_the_same_in_both_scenes(scene, second) -> None:
     rng = np.random.default_rng(1)
     points = UTM + rng.uniform([0, 0, 0], [10, 1, 8], (5000, 3))
     show(scene, "c", PointCloud(points, rng.integers(0, 255, (5000, 3), np.uint8)))
@@ -79,7 +79,7 @@ def test_a_cloud_is_the_same_in_both_scenes(scene, second) -> None:
     assert np.array_equal(rest(scene), rest(second))
 
 
-def test_the_data_are_shared_and_the_actors_are_not(scene, second, tmp_path) -> None:
+def test_scenes_share_data_but_not_actors(scene, second, tmp_path) -> None:
     show(scene, "m", textured_wall(tmp_path))
     second.follow(everything)
     model, twin = scene.models["m"], second.models["m"]
@@ -127,7 +127,7 @@ def test_a_second_scene_follows_placement_visibility_hidden_faces_and_removal(
     assert not second.models
 
 
-def test_chunks_that_arrive_late_are_adopted(scene, second) -> None:
+def test_second_scene_adopts_late_chunks(scene, second) -> None:
     show(scene, "m", wall())
     scene.models["m"].has_all_chunks = False
     second.follow(everything)

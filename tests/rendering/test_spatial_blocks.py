@@ -31,7 +31,7 @@ def chunks_of(mesh: Mesh) -> list[spatial_blocks.FaceChunk]:
     return [event.chunk for event in made]
 
 
-def test_every_face_stands_in_exactly_one_chunk(monkeypatch) -> None:  # type: ignore[no-untyped-def]
+def test_every_face_is_in_exactly_one_chunk(monkeypatch) -> None:  # type: ignore[no-untyped-def]
     monkeypatch.setattr(preparation, "FACES_PER_CHUNK", 1000)
     mesh = rough_mesh()
     chunks = chunks_of(mesh)
@@ -64,7 +64,7 @@ def test_the_first_face_along_a_ray_is_the_nearest_of_all(monkeypatch) -> None: 
     assert met > 100
 
 
-def test_a_ray_along_an_axis_meets_the_boxes_it_runs_in() -> None:
+def test_ray_along_a_box_face_hits_the_box() -> None:
     low, high = np.zeros((1, 3)), np.ones((1, 3))
     ahead = np.array([0.0, 0.0, 1.0])
     assert spatial_blocks.are_boxes_hit(low, high, np.array([0.5, 1.0, -3.0]), ahead)[0]

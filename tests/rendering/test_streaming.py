@@ -99,7 +99,7 @@ class Sink:
 
 
 @pytest.mark.full
-def test_a_point_keeps_its_row_of_the_whole_file(cliff: Path, whole: PointCloud) -> None:
+def test_streamed_points_keep_their_row_in_the_file(cliff: Path, whole: PointCloud) -> None:
     cloud = copc.stream(cliff, 20_000)
     assert cloud.count == N
     assert np.array_equal(cloud.bounds, whole.bounds)
@@ -113,7 +113,7 @@ def test_a_point_keeps_its_row_of_the_whole_file(cliff: Path, whole: PointCloud)
     assert np.array_equal(held.points, whole.points[first : first + len(held.points)])
 
 
-def test_a_view_needs_finer_nodes_where_it_is_near_and_their_parents_first(cliff: Path) -> None:
+def test_near_views_select_finer_nodes_with_parents_first(cliff: Path) -> None:
     store = copc.stream(cliff, 20_000).store
     far, near = (store.select_nodes(from_above(40, 30, h), N) for h in (3000.0, 30.0))
     assert store.spacing[near].min() < store.spacing[far].min()
@@ -127,7 +127,7 @@ def test_a_view_needs_finer_nodes_where_it_is_near_and_their_parents_first(cliff
     assert all(closed <= store.spacing[row] for row, closed in store.closing_spacings(near).items())
 
 
-def test_all_that_is_chosen_is_read_and_the_budget_holds(cliff: Path, whole: PointCloud) -> None:
+def test_selected_nodes_are_read_within_the_point_budget(cliff: Path, whole: PointCloud) -> None:
     cloud = copc.stream(cliff, 30_000)
     sink = Sink(cloud)
     for x in (10.0, 45.0, 80.0, 10.0):
@@ -142,7 +142,9 @@ def test_all_that_is_chosen_is_read_and_the_budget_holds(cliff: Path, whole: Poi
     assert sink.problems == []
 
 
-def test_the_surface_of_all_nodes_is_that_of_the_cloud(cliff: Path, whole: PointCloud) -> None:
+def test_surface_of_all_nodes_equals_that_of_the_whole_cloud(
+    cliff: Path, whole: PointCloud
+) -> None:
     cloud = copc.stream(cliff, N)
     for row in range(len(cloud.store)):
         cloud.store.fetch([row])
@@ -168,9 +170,7 @@ def test_the_surface_of_all_nodes_is_that_of_the_cloud(cliff: Path, whole: Point
         assert normal is not None
 
 
-def test_the_surface_knows_what_is_loaded_and_reads_what_was_chosen_before(
-    cliff: Path, whole: PointCloud
-) -> None:
+def test_streamed_surface_reads_points_of_unloaded_nodes(cliff: Path, whole: PointCloud) -> None:
     cloud = copc.stream(cliff, 20_000)
     surface = create_surface(cloud)
     ids = np.arange(0, N, 97)
@@ -185,7 +185,9 @@ def test_the_surface_knows_what_is_loaded_and_reads_what_was_chosen_before(
     assert coarse > fine
 
 
-def test_a_damaged_node_is_said_once_and_the_others_are_shown(tmp_path: Path, cliff: Path) -> None:
+def test_damaged_node_is_reported_once_and_the_others_are_shown(
+    tmp_path: Path, cliff: Path
+) -> None:
     path = tmp_path / "bad.copc.laz"
     content = bytearray(cliff.read_bytes())
     found = copc.nodes(cliff)
@@ -214,7 +216,7 @@ def test_a_damaged_node_is_said_once_and_the_others_are_shown(tmp_path: Path, cl
     assert len(sink.nodes) > len(cloud.store.first)
 
 
-def test_a_file_that_is_cut_while_open_is_said_once(tmp_path: Path, cliff: Path) -> None:
+def test_file_truncated_while_open_is_reported_once(tmp_path: Path, cliff: Path) -> None:
     path = tmp_path / "cut.copc.laz"
     path.write_bytes(cliff.read_bytes())
     cloud = copc.stream(path, N)
@@ -227,7 +229,7 @@ def test_a_file_that_is_cut_while_open_is_said_once(tmp_path: Path, cliff: Path)
     assert len(sink.nodes) == len(cloud.store.first)
 
 
-def test_of_a_cloud_in_memory_only_what_a_view_needs_is_drawn() -> None:
+def test_view_draws_only_the_needed_points_of_an_in_memory_cloud() -> None:
     rng = np.random.default_rng(3)
     points = rng.random((400_000, 3)) * [90, 60, 0.1] + [576000.0, 5188000.0, 0.0]
     cloud = PointCloud(points, rng.integers(0, 255, (len(points), 3), np.uint8))
@@ -252,7 +254,7 @@ def test_of_a_cloud_in_memory_only_what_a_view_needs_is_drawn() -> None:
     assert sink.problems == []
 
 
-def test_a_cloud_that_is_not_wanted_any_more_is_not_read_on(cliff: Path) -> None:
+def test_stopped_stream_reads_no_more_nodes(cliff: Path) -> None:
     cloud = copc.stream(cliff, N)
     sink = Sink(cloud)
     assert sink.streamer is not None

@@ -42,7 +42,7 @@ def long_axis(stroke: np.ndarray) -> np.ndarray:
     return step / np.hypot(*step)
 
 
-def test_from_above_a_symbol_is_the_one_of_the_map() -> None:
+def test_symbol_seen_from_above_equals_the_map_symbol() -> None:
     strike, tick = seen(plane_symbol(132.0, 41.0, np.zeros(3), 1.0), looking(0.0, 90.0))
     toward = np.radians(132.0)
     assert long_axis(tick) == pytest.approx([np.sin(toward), np.cos(toward)], abs=1e-9)
@@ -52,7 +52,7 @@ def test_from_above_a_symbol_is_the_one_of_the_map() -> None:
     assert np.hypot(*tick[1]) == pytest.approx(TICK_LENGTH * np.cos(np.radians(41.0)))
 
 
-def test_seen_along_its_strike_a_plane_shows_its_dip() -> None:
+def test_symbol_seen_along_strike_shows_the_dip() -> None:
     # Dipping 30 to the East, seen from the South: the tick falls to the right by 30 degrees.
     _, tick = seen(plane_symbol(90.0, 30.0, np.zeros(3), 1.0), looking(0.0, 0.0))
     assert long_axis(tick) == pytest.approx([np.cos(np.pi / 6), -0.5], abs=1e-9)
@@ -66,7 +66,7 @@ def test_seen_along_its_strike_a_plane_shows_its_dip() -> None:
     st.floats(-90.0, 90.0),
     st.booleans(),
 )
-def test_a_symbol_is_never_larger_than_on_paper_nor_vanishes(azimuth, dip, trend, plunge, ortho):
+def test_symbol_size_is_limited_in_every_view(azimuth, dip, trend, plunge, ortho):
     camera = looking(trend, plunge, orthographic=ortho)
     strike, tick = seen(plane_symbol(azimuth, dip, np.zeros(3), 1.0), camera)
     assert np.hypot(*(strike[1] - strike[0])) <= 2 * HALF_STRIKE_LENGTH + 1e-6
@@ -74,14 +74,14 @@ def test_a_symbol_is_never_larger_than_on_paper_nor_vanishes(azimuth, dip, trend
 
 
 @given(st.floats(1.0, 500.0), st.booleans())
-def test_its_size_is_the_same_at_every_zoom(distance, ortho):
+def test_symbol_size_does_not_depend_on_zoom(distance, ortho):
     symbol = plane_symbol(40.0, 50.0, np.zeros(3), 1.0)
     near, far = looking(20.0, 30.0, orthographic=ortho), looking(20.0, 30.0, orthographic=ortho)
     far.position, far.distance = -distance * far.direction, distance
     assert seen(symbol, near) == pytest.approx(seen(symbol, far), abs=1e-6)
 
 
-def test_the_strike_line_of_a_symbol_beside_the_axis_is_seen_as_a_line_in_the_plane_is() -> None:
+def test_off_axis_strike_line_has_the_perspective_of_the_plane() -> None:
     """Perspective turns lines at the edge of the view: the symbol turns with them."""
     camera = looking(10.0, 20.0, orthographic=False)
     place = camera.point_at_depth(730.0, 90.0, SIZE, 10.0)
@@ -113,7 +113,7 @@ def test_horizontal_vertical_and_overturned_planes_have_symbols_of_their_own(
     assert (symbol.kind, symbol.text) == (kind, text)
 
 
-def test_a_vertical_plane_has_a_tick_either_way_and_an_overturned_one_a_hook() -> None:
+def test_vertical_plane_has_ticks_on_both_sides_and_overturned_plane_a_hook() -> None:
     camera = looking(0.0, 90.0)
     _, tick = seen(plane_symbol(10.0, 90.0, np.zeros(3), 1.0), camera)
     assert tick[0] == pytest.approx(-tick[1])
@@ -132,7 +132,7 @@ def test_the_arrow_of_a_line_points_down_its_plunge() -> None:
         assert barb[0] == pytest.approx(shaft[1])
 
 
-def test_the_number_stands_beyond_the_tick() -> None:
+def test_dip_number_is_placed_beyond_the_tick() -> None:
     camera = looking(0.0, 90.0)
     signs = SymbolSet(
         [

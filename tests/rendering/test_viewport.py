@@ -131,7 +131,7 @@ def stage(qapp: QApplication) -> Iterator[Stage]:
     QApplication.processEvents()
 
 
-def test_a_pick_goes_back_to_its_pixel(stage: Stage) -> None:
+def test_pick_projects_back_to_its_pixel(stage: Stage) -> None:
     mesh = wall()
     stage.show("w", mesh)
     rng = np.random.default_rng(0)
@@ -159,7 +159,7 @@ def test_a_grab_of_the_window_shows_the_outcrop(stage: Stage, tmp_path: Path) ->
     assert stage.problems == []
 
 
-def test_every_drag_step_draws_once_and_an_idle_view_never(stage: Stage) -> None:
+def test_each_drag_step_draws_once_and_idle_view_does_not_draw(stage: Stage) -> None:
     stage.show("w", wall())
     before = stage.frames
     path = [(350.0, 250.0), (360.0, 250.0)] + [(360.0 + 4 * i, 250.0) for i in range(1, 11)]
@@ -180,7 +180,7 @@ def test_several_moves_before_a_paint_are_drawn_once(stage: Stage) -> None:
     assert stage.frames - before == 1
 
 
-def test_moving_the_preview_draws_no_outcrop(stage: Stage) -> None:
+def test_moving_the_preview_does_not_redraw_the_outcrop(stage: Stage) -> None:
     stage.show("w", wall())
     before, plain = stage.frames, stage.picture()
     line = UTM + np.array([[2.0, -0.2, 3.0], [6.0, -0.2, 5.0], [8.0, -0.2, 5.0]])
@@ -194,7 +194,7 @@ def test_moving_the_preview_draws_no_outcrop(stage: Stage) -> None:
     assert np.abs(stage.picture() - plain).max() == 0
 
 
-def test_a_click_tells_where_it_hit_and_moves_nothing(stage: Stage) -> None:
+def test_click_reports_its_hit_and_keeps_the_camera(stage: Stage) -> None:
     stage.show("w", wall())
     state = stage.view.moves.camera_state()
     QTest.mouseClick(stage.view, LEFT, NONE, QPoint(340, 240))
@@ -205,7 +205,7 @@ def test_a_click_tells_where_it_hit_and_moves_nothing(stage: Stage) -> None:
     assert stage.view.moves.camera_state() == state
 
 
-def test_a_press_that_wanders_three_pixels_is_still_a_click_and_ten_is_a_drag(stage: Stage) -> None:
+def test_press_moved_by_three_pixels_is_a_click_and_by_ten_a_drag(stage: Stage) -> None:
     stage.show("w", wall())
     state = stage.view.moves.camera_state()
     stage.drag([(340.0, 240.0), (342.0, 241.0), (343.0, 240.0)])
@@ -273,7 +273,7 @@ def test_the_wheel_zooms_to_the_cursor(stage: Stage, orthographic: bool) -> None
     assert stage.view.moves.metres_per_pixel() < 0.8 * scale
 
 
-def test_a_double_click_is_told_once_and_sets_the_pivot(stage: Stage) -> None:
+def test_double_click_is_reported_once_and_sets_the_pivot(stage: Stage) -> None:
     stage.show("w", wall())
     QTest.mouseDClick(stage.view, LEFT, NONE, QPoint(340, 240))
     kinds = [e.kind for e in stage.events if e.kind is not Pointer.MOVE]
@@ -286,7 +286,7 @@ def test_a_double_click_is_told_once_and_sets_the_pivot(stage: Stage) -> None:
     )
 
 
-def test_hovering_tells_the_point_under_the_cursor(stage: Stage) -> None:
+def test_hovering_reports_the_point_under_the_cursor(stage: Stage) -> None:
     stage.show("w", wall())
     none = Qt.MouseButton.NoButton
     for k in range(20):
@@ -316,7 +316,7 @@ def test_dragging_a_handle_is_left_to_the_tool(stage: Stage) -> None:
     assert stage.view.moves.camera_state() == state
 
 
-def test_the_feature_under_the_cursor_is_named(stage: Stage) -> None:
+def test_feature_under_the_cursor_is_identified(stage: Stage) -> None:
     stage.show("w", wall())
     ends = [stage.view.pick(200.0, 200.0), stage.view.pick(500.0, 300.0)]
     line = np.array([stage.view.world_position(h) for h in ends if h is not None])
@@ -340,7 +340,7 @@ def test_the_feature_under_the_cursor_is_named(stage: Stage) -> None:
     assert stage.view.features.at(middle[0], middle[1]) is None
 
 
-def test_selecting_does_not_recolour(stage: Stage) -> None:
+def test_selecting_does_not_change_the_feature_colour(stage: Stage) -> None:
     stage.show("w", wall())
     stage.view.moves.look_along(0.0, 0.0)
     line = UTM + np.array([[1.0, -0.6, 4.0], [9.0, -0.6, 4.0]])
@@ -358,7 +358,7 @@ def test_selecting_does_not_recolour(stage: Stage) -> None:
 
 
 @pytest.mark.parametrize("kind", ["good", "doubtful", "poor"])
-def test_a_verdict_has_a_shape_of_its_own_beside_its_colour(qapp: QApplication, kind: str) -> None:
+def test_verdict_marks_differ_in_shape_as_well_as_colour(qapp: QApplication, kind: str) -> None:
     from PySide6.QtCore import QRectF
     from PySide6.QtGui import QPainter
 
@@ -381,7 +381,7 @@ def test_a_verdict_has_a_shape_of_its_own_beside_its_colour(qapp: QApplication, 
         assert all(corners)
 
 
-def test_the_scale_bar_is_true_in_the_orthographic_view(stage: Stage) -> None:
+def test_scale_bar_length_is_correct_in_the_orthographic_view(stage: Stage) -> None:
     stage.show("w", wall())
     stage.view.moves.set_orthographic(True)
     stage.view.moves.look_along(37.0, 12.0)
@@ -401,7 +401,7 @@ def test_the_scale_bar_is_true_in_the_orthographic_view(stage: Stage) -> None:
 
 
 @pytest.mark.full
-def test_the_scale_bar_names_its_depth_only_in_perspective_and_only_where_it_is_free(
+def test_scale_bar_shows_its_depth_only_in_perspective_if_not_covered(
     stage: Stage,
 ) -> None:
     stage.show("w", wall())
@@ -419,7 +419,7 @@ def test_the_scale_bar_names_its_depth_only_in_perspective_and_only_where_it_is_
         assert (free == covered).all() == is_orthographic
 
 
-def test_looking_along_a_direction_is_read_back(stage: Stage) -> None:
+def test_view_direction_is_read_back(stage: Stage) -> None:
     stage.view.moves.look_along(125.3, 26.1)
     assert stage.view.moves.view_direction() == pytest.approx((125.3, 26.1))
     stage.view.moves.set_standard_view("top")
@@ -457,7 +457,7 @@ def test_a_model_can_be_hidden_and_moved(stage: Stage) -> None:
     assert abs(again.position[2] - hit.position[2] + 1.0) < 0.05
 
 
-def test_a_missing_texture_is_told_in_one_sentence(stage: Stage, tmp_path: Path) -> None:
+def test_missing_texture_is_reported_once(stage: Stage, tmp_path: Path) -> None:
     stage.show("w", wall(texture=tmp_path / "absent.jpg"))
     assert len(stage.problems) == 1
     assert stage.problems[0].code == "display.texture-unreadable"
@@ -480,7 +480,7 @@ def test_windows_opened_and_closed_many_times_leave_no_thread(qapp: QApplication
     assert set(threading.enumerate()) <= before
 
 
-def test_what_is_asked_before_the_window_is_shown_is_done_afterwards(qapp: QApplication) -> None:
+def test_requests_before_the_window_is_shown_are_executed_afterwards(qapp: QApplication) -> None:
     window, view = QMainWindow(), Viewport()
     assert view.pick(1.0, 1.0) is None
     stages: list[str] = []
@@ -521,7 +521,7 @@ def test_a_real_cloud_is_shown_and_picked(stage: Stage, data_dir: Path) -> None:
     np.testing.assert_array_equal(hit.position, loaded.data.points[hit.index])
 
 
-def test_a_symbol_keeps_its_size_and_is_clicked(stage: Stage) -> None:
+def test_symbol_keeps_its_size_and_can_be_clicked(stage: Stage) -> None:
     stage.show("w", wall())
     stage.view.moves.look_along(0.0, 0.0)
     place = UTM + np.array([5.0, -0.4, 4.0])
@@ -545,7 +545,7 @@ def test_a_symbol_keeps_its_size_and_is_clicked(stage: Stage) -> None:
     assert widths[1] == pytest.approx(widths[0], abs=2.0)
 
 
-def test_a_disc_too_small_to_be_seen_is_a_dot_that_is_clicked(stage: Stage) -> None:
+def test_disc_too_small_to_see_is_drawn_as_a_clickable_dot(stage: Stage) -> None:
     stage.show("w", wall())
     stage.view.moves.look_along(0.0, 0.0)
     place = UTM + np.array([5.0, -0.4, 4.0])
@@ -587,7 +587,7 @@ def test_a_line_on_the_surface_does_not_hide_its_own_points(stage: Stage) -> Non
     assert stage.view.project(line)[1].all()
 
 
-def test_a_trace_is_named_where_it_is_seen(stage: Stage) -> None:
+def test_trace_is_labelled_at_its_visible_part(stage: Stage) -> None:
     """Near by, the middle of a long trace is out of the picture."""
     stage.show("w", wall())
     line = np.array(
@@ -608,7 +608,7 @@ def test_a_trace_is_named_where_it_is_seen(stage: Stage) -> None:
     assert abs(box.center().x() - pixels[0, 0]) < 60.0
 
 
-def test_many_features_are_labelled_if_selected_or_asked_for(stage: Stage) -> None:
+def test_many_features_are_labelled_only_if_selected_or_requested(stage: Stage) -> None:
     stage.show("w", wall())
     stage.view.moves.look_along(0.0, 0.0)
     stage.settle()
@@ -640,7 +640,7 @@ def test_many_features_are_labelled_if_selected_or_asked_for(stage: Stage) -> No
 
 
 @pytest.mark.full
-def test_labels_do_not_come_and_go_while_the_view_turns(stage: Stage) -> None:
+def test_labels_are_stable_while_the_view_rotates(stage: Stage) -> None:
     stage.view.set_label_mode("all")
     stage.show("w", wall())
     stage.view.moves.look_along(0.0, 0.0)

@@ -52,7 +52,7 @@ def show_field(stage: Stage, style: FieldStyle) -> Scale:
     return scale
 
 
-def test_a_field_is_shown_with_its_bar(stage: Stage) -> None:
+def test_field_is_shown_with_its_colour_bar(stage: Stage) -> None:
     stage.show("w", wall())
     scale = show_field(stage, FieldStyle(ELEVATION, percentiles=(0.0, 100.0)))
     assert [scale.low, scale.high] == pytest.approx([UTM[2], UTM[2] + 8.0])
@@ -67,7 +67,7 @@ def test_a_field_is_shown_with_its_bar(stage: Stage) -> None:
     assert np.abs(right - middle).max(axis=1).min() < 12
 
 
-def test_a_typed_range_and_another_field_take_the_place_of_the_first(stage: Stage) -> None:
+def test_field_range_can_be_changed_and_textured_mode_removes_the_field(stage: Stage) -> None:
     stage.show("w", wall())
     show_field(stage, FieldStyle(ELEVATION))
     low, high = UTM[2] + 1.0, UTM[2] + 2.0
@@ -82,7 +82,7 @@ def test_a_typed_range_and_another_field_take_the_place_of_the_first(stage: Stag
     assert scene.models["w"].field is None
 
 
-def test_a_field_that_was_chosen_first_is_shown_when_the_model_comes(stage: Stage) -> None:
+def test_field_selected_before_loading_is_shown_with_the_model(stage: Stage) -> None:
     told: list[str] = []
     stage.view.field_shown.connect(told.append)
     stage.view.display.set_mode("field")
@@ -93,7 +93,7 @@ def test_a_field_that_was_chosen_first_is_shown_when_the_model_comes(stage: Stag
     assert stage.view.overlays.bars
 
 
-def test_elevation_follows_the_frame_of_the_model(stage: Stage) -> None:
+def test_elevation_follows_the_model_transform(stage: Stage) -> None:
     stage.show("w", wall())
     first = show_field(stage, FieldStyle(ELEVATION))
     told: list[str] = []
@@ -127,7 +127,7 @@ def bars_of(
 
 @pytest.mark.parametrize("kinds", ["s", "d", "c", "a", "scda"])
 @pytest.mark.parametrize("size", [(760, 600), (1600, 1000), (420, 330)])
-def test_bars_stay_clear_of_scale_bar_compass_and_each_other(
+def test_colour_bars_do_not_overlap_scale_bar_compass_or_each_other(
     qapp: QApplication, kinds: str, size: tuple[int, int]
 ) -> None:
     width, height = size
@@ -142,7 +142,7 @@ def test_bars_stay_clear_of_scale_bar_compass_and_each_other(
         taken.append(bar.box)
 
 
-def test_bars_stand_beside_a_widget_over_the_view(qapp: QApplication) -> None:
+def test_colour_bars_avoid_a_widget_over_the_view(qapp: QApplication) -> None:
     widget = QRectF(1600.0 - 290.0, 10.0, 280.0, 280.0)
     bars = bars_of("scda", 1600, 1000, widget)
     assert len(bars) > 1
@@ -153,7 +153,7 @@ def test_bars_stand_beside_a_widget_over_the_view(qapp: QApplication) -> None:
     assert bars_of("s", 1600, 1000, elsewhere)[0].box == bars_of("s", 1600, 1000)[0].box
 
 
-def test_words_of_a_bar_do_not_pile_up(qapp: QApplication) -> None:
+def test_colour_bar_labels_do_not_overlap(qapp: QApplication) -> None:
     for kinds in "sda":
         (bar,) = bars_of(kinds, 760, 420)
         places = sorted(place * bar._inner_width for place, _ in bar._ticks(bar._inner_width))
@@ -173,7 +173,7 @@ def clip(stage: Stage, handles: bool = True) -> ClipBox:
     return box
 
 
-def test_a_face_is_dragged_by_its_handle_and_the_model_ends_there(stage: Stage) -> None:
+def test_dragging_a_handle_moves_the_box_face_and_clips_the_model(stage: Stage) -> None:
     stage.show("w", wall())
     box = clip(stage)
     told: list[ClipBox] = []
@@ -199,7 +199,7 @@ def test_a_face_is_dragged_by_its_handle_and_the_model_ends_there(stage: Stage) 
     assert stage.view.pick(*pixels[1]) is None
 
 
-def test_without_handles_a_drag_turns_the_view(stage: Stage) -> None:
+def test_drag_without_handles_rotates_the_view(stage: Stage) -> None:
     stage.show("w", wall())
     box = clip(stage, handles=False)
     before = stage.view.moves.camera_state()
@@ -211,7 +211,7 @@ def test_without_handles_a_drag_turns_the_view(stage: Stage) -> None:
     assert stage.view.clip.box == box
 
 
-def test_a_face_that_is_looked_at_head_on_cannot_be_dragged(stage: Stage) -> None:
+def test_face_seen_head_on_cannot_be_dragged(stage: Stage) -> None:
     stage.show("w", wall())
     clip(stage)
     stage.view.moves.set_orthographic(True)
@@ -224,7 +224,7 @@ def test_a_face_that_is_looked_at_head_on_cannot_be_dragged(stage: Stage) -> Non
     assert stage.view.clip.face_at(*places[BOX_FACES.index((2, 1))]) == BOX_FACES.index((2, 1))
 
 
-def test_turning_the_view_on_and_off_gives_the_whole_model_back(stage: Stage) -> None:
+def test_removing_the_clipping_box_restores_the_whole_model(stage: Stage) -> None:
     stage.show("w", wall())
     at_rest(stage)
     before = stage.picture()

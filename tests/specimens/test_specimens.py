@@ -58,7 +58,7 @@ def refusal(folder: Path) -> str:
 
 # --- what was measured ----------------------------------------------------------------------------
 @pytest.mark.parametrize("name", figures.SPECIMENS)
-def test_every_figure_of_a_specimen_is_as_recorded(tmp_path: Path, name: str) -> None:
+def test_all_figures_of_a_specimen_match_the_recorded_ones(tmp_path: Path, name: str) -> None:
     found = json.loads(json.dumps(figures.figures_of(figures.copy_of(name, tmp_path))))
     assert list(figures.differences(figures.recorded(name), found)) == []
 
@@ -90,7 +90,7 @@ def unused_fields(played: Replay) -> set[str]:
     return {".".join(name) for name in every - used}
 
 
-def test_a_record_or_field_that_the_specimen_lacks_is_named(specimen: Path) -> None:
+def test_record_or_field_missing_from_the_specimen_is_reported(specimen: Path) -> None:
     _, played = read_schema_and_replay(specimen)
     played.records = {
         id_: dataclasses.replace(record, domain="") if hasattr(record, "domain") else record
@@ -102,7 +102,7 @@ def test_a_record_or_field_that_the_specimen_lacks_is_named(specimen: Path) -> N
     assert "Trace.beds" not in unused
 
 
-def test_a_specimen_goes_back_to_its_first_row_and_forth_again(specimen: Path) -> None:
+def test_specimen_can_be_undone_to_its_first_row_and_redone(specimen: Path) -> None:
     before = json.loads(json.dumps(figures.figures_of(specimen)))
     opened = figures.open_project(specimen)
     undone = len(figures.walk(opened.session, "undo"))
@@ -118,14 +118,14 @@ def test_a_specimen_goes_back_to_its_first_row_and_forth_again(specimen: Path) -
     assert list(figures.differences(before, after)) == []
 
 
-def test_the_clicks_of_an_unfinished_trace_are_there(specimen: Path) -> None:
+def test_clicks_of_an_unfinished_trace_are_restored(specimen: Path) -> None:
     opened = figures.open_project(specimen)
     assert opened.session.draft is not None
     assert len(opened.session.draft.state["vertices"]) == 4
     opened.close()
 
 
-def test_figures_are_read_from_a_specimen_without_touching_it(
+def test_exporting_a_specimen_does_not_modify_it(
     specimen: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     before = hashes(specimen.parent)
@@ -147,7 +147,7 @@ def killed_copy(specimen: Path) -> Path:
     return killed
 
 
-def test_what_was_written_before_a_kill_is_there(specimen: Path) -> None:
+def test_rows_written_before_a_kill_are_restored(specimen: Path) -> None:
     killed = killed_copy(specimen)
     assert (killed / "journal.sqlite-wal").stat().st_size > 0
     opened = figures.open_project(killed)
@@ -158,7 +158,7 @@ def test_what_was_written_before_a_kill_is_there(specimen: Path) -> None:
 
 
 # --- what is newer, damaged, or gone --------------------------------------------------------------
-def test_a_project_of_a_later_schema_is_refused_and_left_as_it_is(specimen: Path) -> None:
+def test_project_of_a_newer_schema_is_rejected_and_not_modified(specimen: Path) -> None:
     journal = specimen / "journal.sqlite"
     db = sqlite3.connect(journal)
     db.execute("PRAGMA user_version = 99")
@@ -172,7 +172,7 @@ def test_a_project_of_a_later_schema_is_refused_and_left_as_it_is(specimen: Path
     assert hashes(specimen) == before
 
 
-def test_a_later_project_whose_program_was_killed_is_left_as_it_is(specimen: Path) -> None:
+def test_killed_project_of_a_newer_schema_is_not_modified(specimen: Path) -> None:
     opened = figures.open_project(specimen)
     opened.session.set_draft({"tool": "trace"})
     with closing(sqlite3.connect(specimen / "journal.sqlite")) as later:
@@ -191,9 +191,7 @@ def test_a_later_project_whose_program_was_killed_is_left_as_it_is(specimen: Pat
 
 
 @pytest.mark.parametrize("part", [0.5, 0.02, 0.99])
-def test_a_journal_that_was_cut_is_opened_or_refused_and_not_made_worse(
-    specimen: Path, part: float
-) -> None:
+def test_truncated_journal_is_opened_or_rejected_unmodified(specimen: Path, part: float) -> None:
     journal = specimen / "journal.sqlite"
     whole = journal.read_bytes()
     journal.write_bytes(whole[: int(len(whole) * part)])
@@ -209,7 +207,7 @@ def test_a_journal_that_was_cut_is_opened_or_refused_and_not_made_worse(
         opened.close()
 
 
-def test_a_file_that_is_no_journal_is_refused_and_left_as_it_is(specimen: Path) -> None:
+def test_file_that_is_not_a_journal_is_rejected_and_not_modified(specimen: Path) -> None:
     journal = specimen / "journal.sqlite"
     journal.write_bytes(b"notes of the 3rd of May\n" * 40)
     before = hashes(specimen)
@@ -235,7 +233,7 @@ def test_a_file_that_is_no_journal_is_refused_and_left_as_it_is(specimen: Path) 
         2,
     ),
 )
-def test_what_is_gone_beside_the_journal_changes_no_figure(
+def test_missing_files_next_to_the_journal_change_no_figure(
     specimen: Path, recorded: dict[str, Any], gone: str
 ) -> None:
     path = specimen / gone
@@ -251,7 +249,7 @@ def test_what_is_gone_beside_the_journal_changes_no_figure(
     assert list(figures.differences(was, found)) == []
 
 
-def test_models_are_found_inside_beside_and_not_at_all(specimen: Path) -> None:
+def test_models_inside_and_next_to_the_project_are_found(specimen: Path) -> None:
     opened = figures.open_project(specimen)
     models = {r.name: r for r in opened.session.records.values() if hasattr(r, "content_hash")}
     found = {name: opened.find_model(model) for name, model in models.items()}
@@ -264,7 +262,7 @@ def test_models_are_found_inside_beside_and_not_at_all(specimen: Path) -> None:
     }
 
 
-def test_the_copies_of_models_are_what_was_measured(specimen: Path) -> None:
+def test_model_copies_match_their_recorded_hashes(specimen: Path) -> None:
     """Line endings that git or a mail program changes would make other files of them."""
     opened = figures.open_project(specimen)
     models = [r for r in opened.session.records.values() if hasattr(r, "content_hash")]

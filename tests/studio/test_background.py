@@ -64,7 +64,7 @@ def test_a_result_arrives_in_the_owners_thread(loop: Loop, background: Backgroun
     assert not background.is_busy
 
 
-def test_an_expected_error_arrives_as_itself(loop: Loop, background: Background) -> None:
+def test_expected_error_is_passed_to_the_error_callback(loop: Loop, background: Background) -> None:
     error, arrived, results = InputError("is no model"), [], []
 
     def fail() -> None:
@@ -77,7 +77,7 @@ def test_an_expected_error_arrives_as_itself(loop: Loop, background: Background)
     assert not background.is_waiting("k")
 
 
-def test_an_unexpected_error_is_reported_and_arrives(
+def test_unexpected_error_is_logged_and_passed_to_the_error_callback(
     loop: Loop, background: Background, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     reported, arrived = [], []
@@ -96,7 +96,9 @@ def test_an_unexpected_error_is_reported_and_arrives(
     assert reported == [KeyError, ZeroDivisionError]
 
 
-def test_a_newer_request_replaces_the_older_ones(loop: Loop, background: Background) -> None:
+def test_newer_request_replaces_older_ones_with_the_same_key(
+    loop: Loop, background: Background
+) -> None:
     gate, begun, results = Gate(), [], []
     background.run(gate, results.append, key="k")
     assert gate.begun.wait(20.0)
@@ -161,7 +163,7 @@ def test_nothing_arrives_after_the_owner_has_stopped(
     assert results == ([] if end is Background.stop else ["later"])
 
 
-def test_who_stops_waits_only_if_told_so(background: Background) -> None:
+def test_stop_waits_only_if_requested(background: Background) -> None:
     gate = Gate()
     background.run(gate, print)
     assert gate.begun.wait(20.0)
@@ -176,7 +178,7 @@ def test_who_stops_waits_only_if_told_so(background: Background) -> None:
     assert not any(thread.name == "tested" for thread in threading.enumerate())
 
 
-def test_requests_without_a_key_all_arrive_and_no_more_threads_run_than_allowed(
+def test_requests_without_a_key_all_arrive_within_the_thread_limit(
     loop: Loop,
 ) -> None:
     background = Background(loop.post, "tested", threads=3)
@@ -194,7 +196,7 @@ def test_requests_without_a_key_all_arrive_and_no_more_threads_run_than_allowed(
     assert max(counts) <= 3
 
 
-def test_with_one_thread_results_come_in_the_order_of_the_requests_and_urgent_ones_first(
+def test_single_thread_returns_results_in_order_with_urgent_ones_first(
     loop: Loop,
 ) -> None:
     background = Background(loop.post, "tested", threads=1)
@@ -233,7 +235,7 @@ def test_partial_results_arrive_until_the_request_is_stale(
     assert results == list(range(seen))
 
 
-def test_a_guarded_callback_ends_with_the_owner(background: Background) -> None:
+def test_guarded_callback_is_ignored_after_stop(background: Background) -> None:
     results: list[int] = []
     guarded = background.guard(results.append)
     guarded(1)

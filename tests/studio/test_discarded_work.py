@@ -16,7 +16,7 @@ from vomstudio.studio.discarded_work import list_discarded_work
 
 
 @pytest.mark.usefixtures("own_folders")
-def test_each_says_when_it_was_closed_and_what_was_in_it() -> None:
+def test_discarded_work_states_its_closing_date_and_contents() -> None:
     folders: list[Path] = []
     for count in (1, 3):
         project = create_untitled()

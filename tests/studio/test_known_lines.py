@@ -65,7 +65,7 @@ def registered(lines, model=BARE, crs=None) -> Registration:
         ([PLUMB, AZIMUTH, LENGTH], Frame("local")),
     ],
 )
-def test_a_frame_says_what_the_lines_tell_and_no_more(lines, frame) -> None:
+def test_frame_claims_only_properties_determined_by_the_lines(lines, frame) -> None:
     record = registered(lines)
     assert record.frame == frame
     assert record.method == "lines"
@@ -79,7 +79,7 @@ def test_a_frame_says_what_the_lines_tell_and_no_more(lines, frame) -> None:
         assert turn / np.cbrt(np.linalg.det(turn)) == pytest.approx(np.eye(3), abs=1e-6)
 
 
-def test_the_known_words_name_each_of_the_four_once() -> None:
+def test_known_text_lists_north_vertical_scale_and_position_once() -> None:
     for frame in (
         Frame(),
         Frame("scaled", level=True),
@@ -91,7 +91,7 @@ def test_the_known_words_name_each_of_the_four_once() -> None:
         assert [words.count(w) for w in ("north", "vertical", "scale", "position")] == [1] * 4
 
 
-def test_the_record_is_that_of_the_command() -> None:
+def test_registration_record_matches_the_register_command() -> None:
     def text(known: KnownLine) -> str:
         values = [*known.vertices[0], *known.vertices[1]]
         values += [] if known.value is None else [known.value]
@@ -111,7 +111,7 @@ def test_the_record_is_that_of_the_command() -> None:
     assert shape == pytest.approx(np.array(placed.covariance)[:4, :4], rel=1e-6, abs=1e-15)
 
 
-def test_what_lines_leave_free_stays_as_it_stood_with_its_error() -> None:
+def test_parameters_undetermined_by_lines_keep_their_value_and_error() -> None:
     """A model that GPS has placed, tilted by 4 degrees and doubted by 3, is levelled: its north,
     its scale and its system stay, and the error of these."""
     tilted = Rotation.from_euler("x", 4.0, degrees=True).as_matrix() @ TURN.T
@@ -147,7 +147,7 @@ def test_what_lines_leave_free_stays_as_it_stood_with_its_error() -> None:
     assert np.array(again.covariance)[:4, :4] == pytest.approx(covariance[:4, :4], rel=1e-6)
 
 
-def test_residuals_are_in_the_unit_of_each_and_judges_take_no_part() -> None:
+def test_residuals_have_the_unit_of_their_line_and_check_lines_are_not_fitted() -> None:
     wrong = replace(line(5, "level", 40.0, 6.0), check=True)
     long = replace(LENGTH, id="k6", name="K6", value=10.5, check=True)
     far = replace(AZIMUTH, id="k7", name="K7", value=225.0, check=True)
@@ -164,13 +164,13 @@ def test_residuals_are_in_the_unit_of_each_and_judges_take_no_part() -> None:
     assert deviation["k9"] == pytest.approx(4.0, abs=1e-5)
 
 
-def test_what_all_azimuths_may_be_off_alike_is_in_the_error_of_north() -> None:
+def test_common_azimuth_error_is_included_in_the_north_error() -> None:
     many = [replace(AZIMUTH, id=f"a{i}", name=f"A{i}", sigma=0.01) for i in range(9)]
     placed = place_by_points(NO_PAIRS, None, BARE, None, EXTENT, [*LEVEL, *many], 4.0)
     assert placed.rotation_error_deg.about_up == pytest.approx(4.0, rel=0.01)
 
 
-def test_the_upright_of_photos_is_that_of_the_file_also_of_a_model_that_was_turned() -> None:
+def test_photo_upright_refers_to_file_axes_even_for_a_rotated_model() -> None:
     """Two lines 2 degrees apart level the model along them; what they leave open stays by the
     photos, wherever the model stands."""
     up = TURN @ [0.0, 0.0, 1.0]
@@ -187,7 +187,7 @@ def test_the_upright_of_photos_is_that_of_the_file_also_of_a_model_that_was_turn
     assert {group.kind for group in placed.observations} == {"level_lines", "photo_upright"}
 
 
-def test_a_line_without_its_value_places_nothing_yet() -> None:
+def test_line_without_a_value_is_ignored() -> None:
     bare = replace(AZIMUTH, value=None)
     assert not line_residuals([bare], place_by_points(NO_PAIRS, None, BARE, None, EXTENT, LEVEL))
     assert not place_by_points(NO_PAIRS, None, BARE, None, EXTENT, [*LEVEL, bare]).known.north

@@ -100,7 +100,7 @@ def placed(records, lines, turned=0.0, doubt=0.0, pairs=NO_PAIRS, model=BARE):
     return found, seen
 
 
-def test_planes_that_were_read_turn_a_model_as_it_was() -> None:
+def test_compass_readings_of_planes_restore_the_model_orientation() -> None:
     records = project()
     lines = readings(records, RIGHT)
     found, seen = placed(records, lines)
@@ -114,7 +114,7 @@ def test_planes_that_were_read_turn_a_model_as_it_was() -> None:
     assert record.frame == Frame("oriented")
 
 
-def test_all_read_30_degrees_farther_turn_the_model_30_degrees_farther() -> None:
+def test_readings_offset_by_30_degrees_rotate_the_model_by_30_degrees() -> None:
     records = project()
     farther = {n: f"{(a + 30.0) % 360.0:g}/{d:g}" for n, (a, d) in PLANES.items()}
     found, _ = placed(records, readings(records, farther))
@@ -126,7 +126,7 @@ def test_all_read_30_degrees_farther_turn_the_model_30_degrees_farther() -> None
     assert again.matrix == pytest.approx(found.matrix, abs=1e-9)
 
 
-def test_the_command_places_it_the_same_by_the_table_that_is_written(tmp_path: Path) -> None:
+def test_command_with_the_written_table_gives_the_same_placement(tmp_path: Path) -> None:
     records = project(noise=0.02)
     axis = Line(77.0, 20.0).vector()
     records["l-1"] = Lineation(
@@ -155,7 +155,7 @@ def test_the_command_places_it_the_same_by_the_table_that_is_written(tmp_path: P
     assert np.isnan(read.sigma[0])
 
 
-def test_what_the_model_shows_badly_counts_less() -> None:
+def test_plane_error_is_added_to_the_reading_error() -> None:
     """The error of a reading is 3 degrees; that of the trace is added as squares are."""
     records = project(noise=0.3)
     lines = readings(records, RIGHT)
@@ -167,7 +167,7 @@ def test_what_the_model_shows_badly_counts_less() -> None:
         assert sigma == pytest.approx(np.hypot(3.0, own))
 
 
-def test_directions_do_not_change_with_the_placement() -> None:
+def test_measured_directions_do_not_depend_on_the_placement() -> None:
     records = project(noise=0.1)
     lines = readings(records, RIGHT)
     before = measure_directions(lines, measured_in(records), BARE)
@@ -186,7 +186,7 @@ def test_directions_do_not_change_with_the_placement() -> None:
     assert again.matrix[:3, :3] == pytest.approx(found.matrix[:3, :3], abs=1e-6)
 
 
-def test_points_and_planes_are_fitted_together_and_a_strike_is_named() -> None:
+def test_points_and_planes_are_fitted_together_and_a_strike_is_reported() -> None:
     records = project()
     world = np.array([[0, 0, 0], [9, 1, 0], [1, 8, 2], [4, 4, 6], [7, 7, 1]], float)
     pairs = Pairs(
@@ -216,7 +216,7 @@ def test_points_and_planes_are_fitted_together_and_a_strike_is_named() -> None:
 
 
 @pytest.mark.full
-def test_a_strike_among_planes_alone_is_named_with_what_becomes_without_it() -> None:
+def test_strike_among_planes_is_reported_with_the_placement_without_it() -> None:
     records = project(planes={**PLANES, "B03": (250.0, 55.0), "B04": (80.0, 40.0)})
     said = {**RIGHT, "B03": "160/55", "B04": "080/40"}
     found, _ = placed(records, readings(records, said))
@@ -225,7 +225,7 @@ def test_a_strike_among_planes_alone_is_named_with_what_becomes_without_it() -> 
     assert found.without[0].azimuth_off_deg == 90.0
 
 
-def test_one_compass_reads_all_and_its_doubt_does_not_become_less() -> None:
+def test_compass_uncertainty_is_not_reduced_by_more_readings() -> None:
     records = project()
     lines = readings(records, RIGHT, sigma=0.2)
     found, _ = placed(records, lines, doubt=4.0)
@@ -238,7 +238,7 @@ def compass(**more) -> Compass:
     return Compass(compass_id("m1"), "m1", **more)
 
 
-def test_magnetic_north_is_turned_by_the_declination_of_the_day_and_the_convergence() -> None:
+def test_magnetic_north_is_corrected_for_dated_declination_and_convergence() -> None:
     """IGRF-14 by IAGA's own code is held against its published values elsewhere; the convergence by
     PROJ."""
     from datetime import date
@@ -264,7 +264,7 @@ def test_magnetic_north_is_turned_by_the_declination_of_the_day_and_the_converge
     assert used.turned_deg == pytest.approx(expected)
 
 
-def test_a_stated_declination_goes_before_and_what_is_missing_is_asked_for() -> None:
+def test_stated_declination_takes_precedence_and_missing_inputs_raise() -> None:
     said = compass(north="magnetic", declination_deg=-7.5, doubt_deg=1.0)
     used, words = resolve_north(said, north_inputs(said, BARE, None, NO_PAIRS, None))
     assert (used.turned_deg, used.stated, used.doubt_deg) == (-7.5, True, 1.0)
@@ -282,7 +282,7 @@ def test_a_stated_declination_goes_before_and_what_is_missing_is_asked_for() -> 
         north_inputs(compass(day="2024-13-40"), BARE, None, NO_PAIRS, None)
 
 
-def test_the_options_of_the_command_turn_azimuths_by_as_much_or_are_not_given() -> None:
+def test_register_options_reproduce_the_north_correction_or_are_omitted() -> None:
     stated = compass(north="magnetic", declination_deg=3.25)
     used, _ = resolve_north(stated, north_inputs(stated, BARE, None, NO_PAIRS, None))
     options = to_register_options(stated, used, NO_PAIRS, None)
@@ -296,7 +296,7 @@ def test_the_options_of_the_command_turn_azimuths_by_as_much_or_are_not_given() 
     assert to_register_options(None, NorthReference("grid"), NO_PAIRS, None) == RegisterOptions()
 
 
-def test_a_compass_is_one_undoable_record_that_goes_with_its_model() -> None:
+def test_compass_is_removed_with_its_model() -> None:
     records = {"m1": BARE}
     edit = compass_edits.set_compass(records, compass(north="true"))
     edit.swap(records)
@@ -323,7 +323,7 @@ def test_a_compass_is_one_undoable_record_that_goes_with_its_model() -> None:
         ("horizontal", "dipdir/dip", (0.0, 0.0, None)),
     ],
 )
-def test_readings_are_typed_in_every_notation(text, notation, expected) -> None:
+def test_readings_are_parsed_in_every_notation(text, notation, expected) -> None:
     said = parse_reading(text, "plane", notation)
     assert (said.azimuth_deg, said.inclination_deg, said.sigma_deg) == expected
 
@@ -332,13 +332,13 @@ def test_readings_are_typed_in_every_notation(text, notation, expected) -> None:
     "text",
     ["", "213", "400/45", "213/95", "213/45 ± 0", "213/45 ± 120", "213/45 ± east", "45 / north"],
 )
-def test_what_no_plane_can_be_is_refused_in_a_sentence(text) -> None:
+def test_invalid_plane_reading_is_rejected_with_a_message(text) -> None:
     with pytest.raises(VomError) as refused:
         parse_reading(text, "plane", "dipdir/dip")
     assert len(refused.value.message.split()) > 4
 
 
-def test_a_line_points_down_and_errors_are_angles() -> None:
+def test_upward_lines_and_invalid_errors_are_rejected() -> None:
     assert parse_reading("130/25 ± 2", "lineation", "dipdir/dip").sigma_deg == 2.0
     with refused("reading.points-up", VomError):
         parse_reading("130/-25", "lineation", "dipdir/dip")
@@ -346,7 +346,7 @@ def test_a_line_points_down_and_errors_are_angles() -> None:
         parse_sigma("nan")
 
 
-def test_only_what_the_model_shows_can_have_been_read_on_it() -> None:
+def test_reading_requires_a_feature_on_the_same_model() -> None:
     records = project()
     found = measured_in(records)
     assert reading_problem(records["t-B01"], BARE, found["t-B01"]) is None
@@ -363,7 +363,7 @@ def test_only_what_the_model_shows_can_have_been_read_on_it() -> None:
     assert reading_problem(lines[0], BARE, None) == nothing
 
 
-def test_a_second_reading_of_a_plane_has_a_name_of_its_own() -> None:
+def test_repeated_readings_of_a_plane_get_unique_names() -> None:
     records = project()
     found = measured_in(records)
     typed = parse_reading("213/45", "plane", "dipdir/dip")
@@ -374,7 +374,7 @@ def test_a_second_reading_of_a_plane_has_a_name_of_its_own() -> None:
     assert names == ["B01", "B01 (2)", "B01 (3)"]
 
 
-def test_what_is_gone_or_not_read_yet_places_nothing() -> None:
+def test_deleted_features_and_empty_readings_are_ignored() -> None:
     records = project()
     lines = readings(records, RIGHT)
     del records["t-B01"]
@@ -384,7 +384,7 @@ def test_what_is_gone_or_not_read_yet_places_nothing() -> None:
     assert table.labels == ("J01", "F01")
 
 
-def test_lines_of_known_azimuth_are_turned_as_readings_are() -> None:
+def test_lines_of_known_azimuth_get_the_same_north_correction() -> None:
     """A level model whose only azimuth was read 7.5 degrees east of north."""
     east = in_file(np.array([[1.0, 2.0, 3.0], [11.0, 2.0, 3.0]]))
     north = in_file(np.array([[1.0, 2.0, 3.0], [1.0, 12.0, 3.0]]))
@@ -402,7 +402,7 @@ def test_lines_of_known_azimuth_are_turned_as_readings_are() -> None:
     assert found.rotation_error_deg.about_up > 0.5
 
 
-def test_what_was_read_and_its_north_are_kept_with_the_project(tmp_path: Path) -> None:
+def test_readings_and_their_north_are_saved_with_the_project(tmp_path: Path) -> None:
     from vomstudio.project.folder import ProjectFolder
 
     records = project()
@@ -428,7 +428,7 @@ def test_what_was_read_and_its_north_are_kept_with_the_project(tmp_path: Path) -
     again.close()
 
 
-def test_the_summary_of_a_registration_tells_the_north_of_its_readings() -> None:
+def test_registration_summary_states_the_north_of_its_readings() -> None:
     from vomstudio.registration.summary import summarize_registration
 
     records = project()
@@ -443,7 +443,7 @@ def test_the_summary_of_a_registration_tells_the_north_of_its_readings() -> None
     assert facts["north-error"].values == {"sigma_deg": 0.5}
 
 
-def test_one_plane_or_parallel_ones_place_as_far_as_they_tell() -> None:
+def test_single_or_parallel_planes_leave_rotation_about_the_normal_free() -> None:
     """About its own normal a plane says nothing; what is left free stays as it stands."""
     records = project(planes={"B01": (213.0, 45.0), "B02": (213.0, 45.0)})
     for said in ({"B01": "213/45"}, {"B01": "213/45", "B02": "213/45"}):
@@ -454,7 +454,7 @@ def test_one_plane_or_parallel_ones_place_as_far_as_they_tell() -> None:
         assert deviation == pytest.approx([0.0] * len(lines), abs=1e-3)
 
 
-def test_points_and_readings_from_magnetic_north_are_those_of_the_command(tmp_path: Path) -> None:
+def test_points_and_magnetic_readings_match_the_register_command(tmp_path: Path) -> None:
     """Day and place by the points: the command finds the same declination and convergence."""
     from vomstudio.io.control.writing import write_pairs
     from vomstudio.studio.placing.registering import place_by_points as by_points
@@ -495,7 +495,7 @@ def test_points_and_readings_from_magnetic_north_are_those_of_the_command(tmp_pa
     assert max(miss.deviation for miss in line_residuals(lines, found, seen, used.turned_deg)) < 1.5
 
 
-def test_readings_are_called_by_their_name_where_there_is_no_id(tmp_path: Path) -> None:
+def test_readings_without_an_id_are_labelled_by_name(tmp_path: Path) -> None:
     file = tmp_path / "read.csv"
     file.write_text(
         "name,dip_direction,dip,model_x,model_y,model_z\nB01,213,45,0,0,1\n,10,20,1,0,0\n"
@@ -503,7 +503,7 @@ def test_readings_are_called_by_their_name_where_there_is_no_id(tmp_path: Path) 
     assert read_compass(file).labels == ("B01", "2")
 
 
-def test_a_reading_stands_where_the_plane_is_and_says_what_was_read() -> None:
+def test_reading_is_drawn_at_its_plane_with_the_read_angles() -> None:
     """Dip and dip direction with an arrow between them are taken for nothing else in any
     notation."""
     records = project()
@@ -517,7 +517,7 @@ def test_a_reading_stands_where_the_plane_is_and_says_what_was_read() -> None:
         assert (again.azimuth_deg, again.inclination_deg) == (213.0, 45.0)
 
 
-def test_a_reading_of_the_field_book_is_what_was_read_before_it_was_turned() -> None:
+def test_field_text_undoes_the_north_correction() -> None:
     field = Reading("r1", "R01", "bedding", "plane", 2.5, 45.0, turned_deg=4.0)
     measured = measure_all(project(), [field])[0]
     assert field_text(measured, "plane", 4.0, "dipdir/dip") == "358.5/45.0"
@@ -526,7 +526,7 @@ def test_a_reading_of_the_field_book_is_what_was_read_before_it_was_turned() -> 
 
 
 @pytest.mark.slow
-def test_the_true_rotation_lies_within_the_stated_error_of_rough_traces() -> None:
+def test_stated_error_covers_the_true_rotation_for_rough_traces() -> None:
     """Readings good to 3 degrees of five traces that are themselves known to some 4: of 100 drawn
     placements 90 to 99 hold the truth, each axis by itself."""
     rng = np.random.default_rng(5)

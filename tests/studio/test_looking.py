@@ -32,26 +32,26 @@ def slipped(plane: Plane, line: Line) -> Measurement:
 
 
 @pytest.mark.parametrize("dip_direction", [0.0, 75.0, 200.0])
-def test_a_dip_slip_is_seen_whole_along_strike(dip_direction: float) -> None:
+def test_dip_slip_is_viewed_along_strike(dip_direction: float) -> None:
     found = direction_across_slip(slipped(Plane(dip_direction, 60.0), Line(dip_direction, 60.0)))
     assert isinstance(found, AxialDirection)
     assert angle_between_lines(found.line, Line((dip_direction - 90.0) % 360.0, 0.0)) < 1e-6
     assert found.error95_deg == 1.5
 
 
-def test_a_strike_slip_is_seen_whole_down_the_dip() -> None:
+def test_strike_slip_is_viewed_down_dip() -> None:
     found = direction_across_slip(slipped(Plane(120.0, 70.0), Line(30.0, 0.0)))
     assert isinstance(found, AxialDirection)
     assert angle_between_lines(found.line, Line(120.0, 70.0)) < 1e-6
 
 
-def test_no_slip_is_answered_in_words() -> None:
+def test_missing_or_invalid_slip_returns_a_finding() -> None:
     assert direction_across_slip(NOTHING) == Finding("selection.no-slip")
     upright = slipped(Plane(120.0, 70.0), Plane(120.0, 70.0).pole())
     assert direction_across_slip(upright) == Finding("slip.across-plane")
 
 
-def test_two_planes_meet_in_the_line_of_the_textbook() -> None:
+def test_intersection_direction_matches_textbook_cases() -> None:
     """Vertical planes that strike north and east meet in a vertical line; planes that dip east and
     west alike in a horizontal one along their strike."""
     planes = [replace(NOTHING, plane=Plane(azimuth, 90.0)) for azimuth in (90.0, 180.0)]
@@ -68,7 +68,7 @@ def test_two_planes_meet_in_the_line_of_the_textbook() -> None:
     assert "two planes" in str(intersection_direction(planes[:1]))
 
 
-def test_the_depth_of_a_view_is_that_of_the_box_along_it() -> None:
+def test_scene_depth_is_the_box_extent_along_the_view() -> None:
     data = SimpleNamespace(bounds=np.array([[0.0, 0.0, 0.0], [10.0, 4.0, 3.0]]))
     opened: Any = {"m": SimpleNamespace(data=data)}
     records = {"m": Model("m", "cliff", "a.obj", "mesh", "0" * 64, Frame("local"))}
@@ -79,7 +79,7 @@ def test_the_depth_of_a_view_is_that_of_the_box_along_it() -> None:
 
 
 # --- views by name -------------------------------------------------------------------------------
-def test_saved_views_come_back_in_order_and_are_replaced_by_name() -> None:
+def test_saved_views_keep_their_order_and_are_replaced_by_name() -> None:
     kept: dict[str, object] = {}
     views = SavedViews(kept.get, kept.__setitem__)
     views.save(SavedView("  along   beta ", {"a": 1}, None))
@@ -96,5 +96,5 @@ def test_saved_views_come_back_in_order_and_are_replaced_by_name() -> None:
 
 
 @pytest.mark.parametrize("damaged", [None, 7, "x", {"a": 1}, [None, 3, {"name": 5}, {"name": "a"}]])
-def test_damaged_views_are_left_out(damaged: object) -> None:
+def test_damaged_views_are_skipped(damaged: object) -> None:
     assert SavedViews(lambda key: damaged, lambda key, value: None).all() == []

@@ -38,7 +38,7 @@ def ended() -> bool:
     return not any(thread.name == "path finding" for thread in threading.enumerate())
 
 
-def test_the_answer_comes_in_the_owners_thread(loop: Loop, paths: PathFinding) -> None:
+def test_path_arrives_in_the_owner_thread(loop: Loop, paths: PathFinding) -> None:
     found: list[tuple[Any, threading.Thread]] = []
     paths.follow(
         "m",
@@ -55,7 +55,7 @@ def test_the_answer_comes_in_the_owners_thread(loop: Loop, paths: PathFinding) -
     assert np.array_equal(path.points[-1], B)
 
 
-def test_of_ways_to_the_cursor_only_the_last_one_comes(loop: Loop, paths: PathFinding) -> None:
+def test_only_the_latest_path_to_the_cursor_arrives(loop: Loop, paths: PathFinding) -> None:
     found: list[str] = []
     # The first one makes the graph, while the others wait.
     paths.follow("m", "curvature", (A, B), is_live=False, callback=lambda _: found.append("leg"))
@@ -69,7 +69,7 @@ def test_of_ways_to_the_cursor_only_the_last_one_comes(loop: Loop, paths: PathFi
     assert len(found) <= 3
 
 
-def test_what_cannot_be_followed_is_answered_in_a_sentence(loop: Loop, paths: PathFinding) -> None:
+def test_path_that_cannot_be_followed_returns_a_finding(loop: Loop, paths: PathFinding) -> None:
     found: list[Any] = []
     far = (101.0, 0.0, 0.0)
     paths.follow("m", "curvature", (A, far), is_live=False, callback=found.append)
@@ -81,7 +81,7 @@ def test_what_cannot_be_followed_is_answered_in_a_sentence(loop: Loop, paths: Pa
     )
 
 
-def test_after_a_project_is_closed_nothing_is_searched_for(loop: Loop, paths: PathFinding) -> None:
+def test_closing_the_project_cancels_path_searches(loop: Loop, paths: PathFinding) -> None:
     found: list[Any] = []
     for end in (B, C, B):
         paths.follow("m", "curvature", (A, end), is_live=False, callback=found.append)

@@ -44,7 +44,7 @@ def photos_of(scene: tuple[Wall, Path]) -> ModelPhotos:
 
 
 @pytest.mark.full
-def test_the_way_is_on_the_bed_in_the_frame_of_the_file_and_others_confirm_it(scene) -> None:
+def test_photo_path_follows_the_bed_and_other_photos_confirm_it(scene) -> None:
     made, _ = scene
     ends = clicks(made)[[0, 2]]
     way = PhotoPaths().find_path(photos_of(scene), "p0.png", "dark", ends, is_live=False)
@@ -57,7 +57,7 @@ def test_the_way_is_on_the_bed_in_the_frame_of_the_file_and_others_confirm_it(sc
     assert way.is_final
 
 
-def test_for_the_cursor_no_other_photo_is_asked(scene) -> None:
+def test_live_photo_path_uses_no_other_photo(scene) -> None:
     made, _ = scene
     paths, photos = PhotoPaths(), photos_of(scene)
     way = paths.find_path(photos, "p0.png", "dark", clicks(made)[[0, 1]], is_live=True)
@@ -66,7 +66,7 @@ def test_for_the_cursor_no_other_photo_is_asked(scene) -> None:
     assert np.median(np.abs(way.points @ made.normal - made.level)) < 0.012
 
 
-def test_a_photo_that_was_made_smaller_is_followed_with_its_camera(scene, tmp_path) -> None:
+def test_path_in_a_downscaled_photo_uses_the_scaled_camera(scene, tmp_path) -> None:
     made, folder = scene
     for name in ("p0.png", "p1.png", "p2.png"):
         with Image.open(folder / name) as image:
@@ -77,7 +77,7 @@ def test_a_photo_that_was_made_smaller_is_followed_with_its_camera(scene, tmp_pa
     assert np.median(np.abs(way.points @ made.normal - made.level)) < 0.02
 
 
-def test_what_the_photo_cannot_say_is_refused_in_a_sentence(scene, tmp_path) -> None:
+def test_unusable_photo_or_cost_is_rejected(scene, tmp_path) -> None:
     made, _ = scene
     photos, paths, ends = photos_of(scene), PhotoPaths(), clicks(made)[[0, 1]]
     beside = np.array([ends[0], [900.0, 0.0, 0.0]])
@@ -94,7 +94,7 @@ def test_what_the_photo_cannot_say_is_refused_in_a_sentence(scene, tmp_path) -> 
 
 
 @pytest.mark.full
-def test_a_world_that_is_turned_turns_the_way(scene) -> None:
+def test_photo_path_does_not_depend_on_the_world_transform(scene) -> None:
     made, _ = scene
     photos, ends = photos_of(scene), clicks(made)[[0, 2]]
     way = PhotoPaths().find_path(photos, "p0.png", "dark", ends, is_live=False)

@@ -25,12 +25,12 @@ def given() -> Pairs:
     return Pairs(tuple("ABCDEF"), model, world, unstated, np.zeros(6, bool))
 
 
-def test_right_points_are_not_doubted() -> None:
+def test_correct_points_give_no_finding() -> None:
     codes = by_code(place_by_points(given(), BOUNDS, MODEL, CRS).warnings).keys()
     assert not codes & {"control.swapped-columns", "registration.moved"}
 
 
-def test_exchanged_columns_are_refused() -> None:
+def test_swapped_columns_are_rejected() -> None:
     pairs = given()
     pairs.world[:] = pairs.world[:, [1, 0, 2]]
     with pytest.raises(InputError) as refused:
@@ -38,7 +38,7 @@ def test_exchanged_columns_are_refused() -> None:
     assert refused.value.code == "frame.swapped-axes"
 
 
-def test_points_of_another_frame_are_refused() -> None:
+def test_points_in_another_frame_are_rejected() -> None:
     pairs = given()
     pairs.model[:] -= [576_000.0, 5_188_000.0, 0.0]
     with refused("registration.off-model", GeometryError):

@@ -47,7 +47,7 @@ def written() -> Settings:
     return read_settings()[0]
 
 
-def test_what_was_opened_is_written_when_its_picture_has_had_time(preferences, clocks) -> None:
+def test_recent_file_is_written_after_a_delay(preferences, clocks) -> None:
     preferences.remember(Path("/data/cliff.obj"))
     assert not settings_path().exists() or not written().recent
     assert clocks[0].is_active
@@ -56,7 +56,7 @@ def test_what_was_opened_is_written_when_its_picture_has_had_time(preferences, c
     assert not clocks[0].is_active
 
 
-def test_that_a_project_is_open_waits_for_nothing(preferences, clocks, tmp_path) -> None:
+def test_open_project_is_recorded_immediately(preferences, clocks, tmp_path) -> None:
     preferences.mark_open(tmp_path, True)
     preferences.remember(tmp_path / "cliff.obj")
     assert written().unclosed == [str(tmp_path)]
@@ -64,7 +64,7 @@ def test_that_a_project_is_open_waits_for_nothing(preferences, clocks, tmp_path)
     assert written().recent == [str(tmp_path / "cliff.obj")]
 
 
-def test_settings_that_are_kept_at_the_end_hold_what_still_waited(preferences, clocks) -> None:
+def test_final_save_includes_pending_recent_files(preferences, clocks) -> None:
     preferences.remember(Path("/data/cliff.obj"))
     preferences.keep()
     assert written().recent == ["/data/cliff.obj"]

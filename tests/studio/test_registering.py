@@ -70,7 +70,7 @@ def test_poles_turn_on_small_circles_about_the_axis(dip: float, angle: float) ->
     assert rotation_deg(MODEL, after) == pytest.approx(angle)
 
 
-def test_sets_are_told_the_farthest_first_and_few_of_them() -> None:
+def test_set_rotations_are_listed_largest_first_and_truncated() -> None:
     assert set_rotation_finding({}) is None
     two = set_rotation_finding({"Bedding": 0.4, "Joint: J1": 12.0})
     assert two == Finding(
@@ -82,7 +82,7 @@ def test_sets_are_told_the_farthest_first_and_few_of_them() -> None:
     assert (last, figures(others)) == ("4 by 4.0°", [])
 
 
-def test_two_points_of_an_upright_model_foretell_the_others() -> None:
+def test_two_points_of_an_upright_model_predict_the_others() -> None:
     """The truth is a turn about the vertical, a scale and a shift; nothing is foretold where the
     vertical is not known, or where the two stand one above the other."""
     truth = turned(35.0, (0.0, 0.0, 1.0)).to_world
@@ -119,7 +119,7 @@ def _moved(points: np.ndarray, numbers: np.ndarray, centre: np.ndarray) -> np.nd
     return centre + (1.0 + numbers[3]) * (points - centre) @ turn.T + numbers[4:]
 
 
-def test_a_model_errs_as_the_one_to_which_it_was_fitted_and_by_the_fit() -> None:
+def test_error_of_a_fitted_model_combines_reference_and_fit_errors() -> None:
     """Where points of it come to lie in ten thousand draws of both errors."""
     rng = np.random.default_rng(4)
     sizes = (

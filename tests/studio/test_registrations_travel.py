@@ -161,7 +161,7 @@ def test_command_window_and_reconstruction_give_the_same_total_errors(case: Case
         assert_same_errors(found, by_window)
 
 
-def test_the_model_of_python_knows_its_errors(case: Case, tmp_path: Path) -> None:
+def test_model_read_in_python_has_the_registration_errors(case: Case, tmp_path: Path) -> None:
     made = vs.read(case.out)
     with warned("control.no-check-points"):
         placed = vs.register(case.model, pairs=case.pairs, crs=CRS)
@@ -191,7 +191,7 @@ def test_models_of_one_registration_share_its_record(case: Case) -> None:
         assert len(project.session.of(Registration)) == 1
 
 
-def test_a_second_registration_keeps_the_error_of_what_it_leaves_free(case: Case) -> None:
+def test_second_registration_keeps_the_error_of_undetermined_parameters(case: Case) -> None:
     """An azimuth alone determines the turn about the vertical, not the tilt."""
     ends = to_world(BED)[[0, 3]]
     along = ends[1] - ends[0]
@@ -278,7 +278,7 @@ def test_a_copy_has_the_errors_of_the_original(case: Case, make: Callable[[Case]
     assert found.points == pytest.approx(to_world(BED), abs=1e-5)
 
 
-def test_a_piece_keeps_the_coordinates_of_the_file_and_the_matrix_to_world(case: Case) -> None:
+def test_cut_piece_keeps_file_coordinates_and_the_matrix_to_world(case: Case) -> None:
     piece = cut(case)
     stored = json.loads(registration_path(piece).read_text("utf-8"))
     assert not np.allclose(stored["matrix"], np.eye(4))
@@ -290,7 +290,7 @@ def test_a_piece_keeps_the_coordinates_of_the_file_and_the_matrix_to_world(case:
     )
 
 
-def test_conversion_to_another_crs_turns_the_covariance_by_the_convergence(case: Case) -> None:
+def test_crs_conversion_rotates_the_covariance_by_the_convergence(case: Case) -> None:
     """A plane tilts by the same angle, about whatever north it is counted from."""
     wanted, _ = bed_in_new_project(case.folder / "original.vom", case.out, to_world(BED))
     to_crs = FrameOptions(to_crs="EPSG:32632")
@@ -342,7 +342,7 @@ def lose_by_result(case: Case) -> Sequence[str]:
 @pytest.mark.parametrize(
     "lose", [lose_by_another_file, lose_by_damage, lose_by_version, lose_by_result]
 )
-def test_a_loss_is_a_finding_at_every_door(
+def test_lost_registration_is_reported_by_every_interface(
     case: Case, lose: Callable[[Case], Sequence[str]], tmp_path: Path
 ) -> None:
     wanted = list(lose(case))
@@ -380,7 +380,7 @@ def test_a_frame_that_contradicts_the_registration_is_reported(
             assert "registration.other-frame" in codes({"warnings": added.warnings})
 
 
-def test_another_crs_than_that_of_the_registration_is_reported(case: Case) -> None:
+def test_crs_different_from_the_registration_is_reported(case: Case) -> None:
     with desk(case.folder / "a.vom") as project:
         added = project.add_model(case.out, FrameOptions(crs="EPSG:32632"))
     assert added.model.registration is None
@@ -388,7 +388,7 @@ def test_another_crs_than_that_of_the_registration_is_reported(case: Case) -> No
 
 
 # --- a fit to another model -----------------------------------------------------------------------
-def test_a_fit_in_a_project_keeps_the_error_of_the_scale_and_adds_that_of_the_reference(
+def test_project_fit_keeps_the_scale_error_and_adds_the_reference_error(
     tmp_path: Path,
 ) -> None:
     from tests.registration.rock_faces import sampled

@@ -59,7 +59,7 @@ def begin(jobs: Jobs, to: int) -> tuple[list, list]:
     return ended, seen
 
 
-def test_a_busy_owner_is_told_of_the_newest_step_alone(owner, jobs):
+def test_busy_owner_receives_only_the_newest_step(owner, jobs):
     ended, seen = begin(jobs, 300)
     jobs.finish(COUNT.lane, 60.0)
     # Stage, newest step, end.
@@ -68,7 +68,7 @@ def test_a_busy_owner_is_told_of_the_newest_step_alone(owner, jobs):
     assert ("counting", 299) in seen
 
 
-def test_an_owner_that_has_time_is_told_of_all_in_their_order(owner, jobs):
+def test_idle_owner_receives_steps_in_order(owner, jobs):
     ended, seen = begin(jobs, 20)
     while not ended:
         with owner.came:

@@ -14,7 +14,7 @@ from tests.tiers import first_in_default_tier
 
 @pytest.mark.full
 @pytest.mark.parametrize("name", first_in_default_tier(STORIES, 1))
-def test_a_workspace_needs_no_window(name: str, own_folders: Path, tmp_path: Path) -> None:
+def test_workspace_runs_without_qt(name: str, own_folders: Path, tmp_path: Path) -> None:
     """`own_folders` is in the environment, which the interpreter takes over."""
     done = subprocess.run(
         [sys.executable, "-m", "tests.studio.stories", name, str(tmp_path)],

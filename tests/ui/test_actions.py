@@ -30,7 +30,7 @@ def beds(studio) -> None:
 
 
 # --- actions -------------------------------------------------------------------------------
-def test_what_cannot_be_done_in_the_empty_window_says_why(window):
+def test_disabled_actions_of_an_empty_window_state_a_reason(window):
     disabled = [a for a in window.actions_table.all.values() if not a.isEnabled()]
     assert len(disabled) > 10
     for action in disabled:
@@ -64,7 +64,7 @@ def test_the_menus_have_fewer_than_90_entries(window):
     assert 40 < count < 90
 
 
-def test_no_menu_is_higher_than_the_screen_of_a_laptop(window):
+def test_every_menu_fits_a_laptop_screen(window):
     menus = [action.menu() for action in window.menuBar().actions()]
     inner = [action.menu() for menu in menus for action in menu.actions() if action.menu()]
     entries = {m.title(): sum(not a.isSeparator() for a in m.actions()) for m in menus + inner}
@@ -72,7 +72,7 @@ def test_no_menu_is_higher_than_the_screen_of_a_laptop(window):
     assert max(entries.values()) <= 32, entries
 
 
-def test_two_entries_of_the_menus_have_two_names(window):
+def test_menu_entries_have_unique_names(window):
     menus = [action.menu() for action in window.menuBar().actions()]
     inner = [action.menu() for menu in menus for action in menu.actions() if action.menu()]
     named = {}
@@ -84,7 +84,7 @@ def test_two_entries_of_the_menus_have_two_names(window):
     assert not twice
 
 
-def test_no_shortcut_means_two_things(window):
+def test_shortcuts_are_unique(window):
     seen: dict[str, str] = {}
     for name, action in window.actions_table.all.items():
         for keys in action.shortcuts():
@@ -97,14 +97,14 @@ def test_tooltips_carry_the_shortcut(window):
             assert keys.toString(keys.SequenceFormat.NativeText) in action.toolTip()
 
 
-def test_no_button_is_mute(window):
+def test_icon_buttons_have_a_tooltip(window):
     """What has only an icon has a tooltip and a name for screen readers."""
     for button in window.findChildren(QToolButton):
         if button.isVisible() and not button.text() and not button.objectName().startswith("qt_"):
             assert button.toolTip(), button.objectName() or button.parent()
 
 
-def test_undo_and_redo_say_what_they_would_take_back(window, studio):
+def test_undo_and_redo_tooltips_name_the_step(window, studio):
     beds(studio)
     step = step_title(studio.undo_label)
     assert "B03" in step
@@ -113,7 +113,7 @@ def test_undo_and_redo_say_what_they_would_take_back(window, studio):
     assert f"Redo {step}" in window.actions_table.all["redo"].toolTip()
 
 
-def test_a_click_of_an_open_trace_is_undone_before_older_edits(window, studio):
+def test_step_of_an_open_trace_is_undone_before_older_edits(window, studio):
     beds(studio)
     studio.activate("trace")
     studio.get_tool(TraceTool).continue_feature("t1")
@@ -125,7 +125,7 @@ def test_a_click_of_an_open_trace_is_undone_before_older_edits(window, studio):
 
 
 # --- typing ---------------------------------------------------------------------------------
-def test_letters_typed_into_a_field_stay_letters(window, studio):
+def test_letters_typed_into_a_field_trigger_no_command(window, studio):
     """Also the one-key commands of the viewport, and Delete, Backspace, Return, Home."""
     beds(studio)
     studio.selection.set(["t0"])
@@ -226,7 +226,7 @@ def test_a_direction_can_be_typed(window, studio, text, trend, plunge):
 
 
 @pytest.mark.parametrize("text", first_in_default_tier(["", "north", "125/126", "400/10/3"]))
-def test_what_is_no_direction_is_refused_in_words(window, studio, text):
+def test_invalid_direction_is_rejected_with_a_message(window, studio, text):
     looks = Looks(window)
     window.view_panel.direction_field.setText(text)
     QTest.keyClick(window.view_panel.direction_field, Qt.Key.Key_Return)
@@ -252,7 +252,7 @@ def test_facing_a_plane_looks_against_its_upward_normal(window, studio):
         assert direction(trend, plunge) == pytest.approx(-normal, abs=1e-9)
 
 
-def test_along_strike_and_down_dip_lie_in_the_plane(window, studio):
+def test_strike_and_dip_views_are_parallel_to_the_plane(window, studio):
     beds(studio)
     looks = Looks(window)
     studio.selection.set(["t1"])
@@ -268,7 +268,7 @@ def test_along_strike_and_down_dip_lie_in_the_plane(window, studio):
     ]
 
 
-def test_along_beta_is_the_axis_of_the_bedding_only(window, studio):
+def test_beta_view_uses_the_bedding_only(window, studio):
     beds(studio)
     looks = Looks(window)
     window.view_panel._buttons["beta"].click()
@@ -281,7 +281,7 @@ def test_along_beta_is_the_axis_of_the_bedding_only(window, studio):
     assert "fold.needs-selected-planes" in shown_codes(tip)
 
 
-def test_from_the_other_side_is_the_opposite_direction(window):
+def test_flip_reverses_the_view_direction(window):
     looks = Looks(window)
     window.view_panel.show_direction(30.0, 12.0, True)
     window.view_panel._buttons["flip"].click()
@@ -290,7 +290,7 @@ def test_from_the_other_side_is_the_opposite_direction(window):
 
 
 # --- messages and badges ------------------------------------------------------------------------
-def test_messages_are_kept_and_the_newest_stands_above_the_view(window, studio):
+def test_messages_are_listed_and_the_newest_is_shown_above_the_view(window, studio):
     studio.warn("first thing")
     studio.warn("second thing", "error")
     assert window.message_bar.text == "second thing"
@@ -314,7 +314,7 @@ def test_the_frame_badge_warns_until_the_frame_is_declared(window, studio):
 
 
 @pytest.mark.parametrize(("sigma_deg", "is_amber"), [(7.0, False), (8.0, True)])
-def test_the_frame_badge_is_amber_where_the_model_may_be_turned_by_15_degrees(
+def test_frame_badge_is_amber_if_the_rotation_error_reaches_15_degrees(
     window, studio, sigma_deg, is_amber
 ):
     from vomstudio.geometry.registrations import Registration
@@ -352,7 +352,7 @@ def test_declaring_y_up_turns_every_plane_with_the_model(window, studio):
     assert abs(after @ turned) == pytest.approx(1.0)
 
 
-def test_a_selection_counts_and_the_status_line_says_what_a_click_does(window, studio):
+def test_status_line_shows_the_selection_count_and_the_tool_hint(window, studio):
     beds(studio)
     window.actions_table.run("select_all")
     assert window.status_line._selected.text() == "3 selected"
@@ -362,7 +362,7 @@ def test_a_selection_counts_and_the_status_line_says_what_a_click_does(window, s
 
 
 # --- panels ---------------------------------------------------------------------------------
-def test_only_the_outcrop_and_back_again(window):
+def test_only_outcrop_hides_all_panels_and_restores_them(window):
     shown = {n for n, d in window.docks.items() if not d.isHidden()}
     assert shown
     window.actions_table.run("only_outcrop")

@@ -36,7 +36,7 @@ def shown(request, window, studio) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("region", first_in_default_tier(["inspector", "drawer"]))
-def test_texts_of_all_pages_are_whole_and_readable(window, shown, region) -> None:
+def test_texts_of_all_pages_are_complete_and_readable(window, shown, region) -> None:
     """In every workspace. The net is a figure, which has tests of its own."""
     window.resize(1280, 720)
     found = {}
@@ -59,7 +59,7 @@ def picture(widget: QWidget) -> np.ndarray:
     return pixels[:, : image.width(), 2::-1].astype(int)
 
 
-def test_the_focus_is_seen_on_widgets_that_tab_reaches_in_reading_order(window, shown) -> None:
+def test_tab_moves_a_visible_focus_in_reading_order(window, shown) -> None:
     window.resize(1280, 720)
     driver.pause(30)
     seen: dict[str, float] = {}

@@ -22,7 +22,7 @@ def rows(studio) -> int:
 
 
 @pytest.mark.full
-def test_a_compaction_is_told_done_and_taken_back(studio, monkeypatch, qtbot):
+def test_compaction_is_confirmed_done_and_undone(studio, monkeypatch, qtbot):
     session = studio.session
     if "m1" not in session.records:
         session.apply(edits.add_model(session.records, MODEL))
@@ -56,13 +56,13 @@ def test_a_compaction_is_told_done_and_taken_back(studio, monkeypatch, qtbot):
     assert len(asked) == 2
 
 
-def test_nothing_is_asked_where_nothing_would_go(studio, monkeypatch, qtbot):
+def test_compaction_without_effect_is_not_confirmed(studio, monkeypatch, qtbot):
     monkeypatch.setattr(QMessageBox, "question", lambda *_: 1 / 0)
     studio.session.save()
     studio.project.compact()
     commands(studio, None)[0].run()
 
 
-def test_what_would_go_is_said_in_numbers():
+def test_compaction_text_states_the_removed_amounts():
     words = compaction_text(CompactionPlan(12, 40, ("assets/a.png", "assets/b.png"), 2_500_000))
     assert figures(words) == [12, 40, 2, 2.5]

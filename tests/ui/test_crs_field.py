@@ -12,7 +12,7 @@ from vomstudio.ui.widgets.crs_field import CrsField
 
 
 @pytest.mark.full
-def test_a_name_is_typed_and_its_code_chosen(qtbot: Any) -> None:
+def test_crs_is_selected_by_typing_its_name(qtbot: Any) -> None:
     field = CrsField()
     qtbot.addWidget(field)
     field.show()
@@ -30,7 +30,7 @@ def test_a_name_is_typed_and_its_code_chosen(qtbot: Any) -> None:
     assert not popup.isVisible()
 
 
-def test_a_whole_code_opens_no_list(qtbot: Any) -> None:
+def test_complete_crs_code_opens_no_list(qtbot: Any) -> None:
     field = CrsField()
     qtbot.addWidget(field)
     field.show()

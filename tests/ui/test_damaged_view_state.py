@@ -33,7 +33,7 @@ def with_views(project: Path, value: str) -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("value", [json.dumps(odd) for odd in ODD] + ["[" * 100_000])
-def test_a_window_opens_whatever_the_view_state_is(tmp_path: Path, qtbot, value: str) -> None:  # type: ignore[no-untyped-def]
+def test_window_opens_with_a_damaged_view_state(tmp_path: Path, qtbot, value: str) -> None:  # type: ignore[no-untyped-def]
     project = specimen(tmp_path)
     with_views(project, value)
     window = make_window([project])

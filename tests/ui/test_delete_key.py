@@ -42,7 +42,7 @@ def test_delete_in_the_filter_deletes_letters_only(window, studio):
 
 
 @pytest.mark.parametrize("where", first_in_default_tier(["tree", "table"]))
-def test_what_a_list_hides_by_its_filter_is_not_deleted_there(window, studio, where):
+def test_delete_in_a_filtered_list_keeps_hidden_features(window, studio, where):
     add_cliff(studio)
     for i in range(4):
         add_bed(studio, f"t{i}", f"B{i}" if i < 3 else "X3")
@@ -69,7 +69,7 @@ def test_what_a_list_hides_by_its_filter_is_not_deleted_there(window, studio, wh
     assert panel.isVisible()
 
 
-def test_elsewhere_all_that_is_selected_goes_and_what_a_filter_hides_is_told(window, studio):
+def test_delete_outside_lists_removes_all_selected_and_reports_hidden_ones(window, studio):
     add_cliff(studio)
     for i in range(3):
         add_bed(studio, f"t{i}", f"B{i}")

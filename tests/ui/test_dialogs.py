@@ -23,7 +23,7 @@ def delete_later() -> None:
 @pytest.mark.parametrize(
     "name", first_in_default_tier(["plan_survey", "video_frames", "feature_types"], 1)
 )
-def test_a_dialog_that_is_open_comes_forward_and_a_closed_one_is_made_anew(window, name):
+def test_open_dialog_is_raised_and_a_closed_one_is_recreated(window, name):
     window.actions_table.run(name)
     (first,) = shown(window)
     window.actions_table.run(name)
@@ -35,7 +35,7 @@ def test_a_dialog_that_is_open_comes_forward_and_a_closed_one_is_made_anew(windo
     second.close()
 
 
-def test_a_dialog_that_is_closed_hears_no_more_of_jobs_and_is_let_go(window, studio):
+def test_closed_dialog_is_disconnected_from_jobs_and_released(window, studio):
     window.actions_table.run("video_frames")
     (dialog,) = shown(window)
     dialog.close()
@@ -48,7 +48,7 @@ def test_a_dialog_that_is_closed_hears_no_more_of_jobs_and_is_let_go(window, stu
 
 
 @pytest.mark.full
-def test_the_frame_dialog_squeezes_nothing_below_its_texts(studio, window):
+def test_frame_dialog_does_not_shrink_fields_below_their_minimum_size(studio, window):
     from PySide6.QtWidgets import QApplication, QComboBox
 
     from vomstudio.geometry.frames import Frame

@@ -48,7 +48,7 @@ def attach(studio, data) -> None:
 
 
 # --- what is kept ----------------------------------------------------------------------------
-def test_everything_comes_back_as_it_was_kept(qapp):
+def test_saved_display_is_restored(qapp):
     kept: list[dict] = []
     shown = Display(kept.append, Loop().later)
     shown.show_field("m1", FieldStyle("intensity", 1.0, 9.0))
@@ -74,13 +74,13 @@ def test_everything_comes_back_as_it_was_kept(qapp):
         {"mode": 7, "fields": [], "lit": 3, "clipping": True},
     ],
 )
-def test_what_cannot_be_read_is_as_in_a_new_project(qapp, kept):
+def test_unreadable_display_state_gives_the_defaults(qapp, kept):
     shown, fresh = Display(lambda _: None, Loop().later), Display(lambda _: None, Loop().later)
     shown.load(kept)
     assert shown.to_dict() == fresh.to_dict()
 
 
-def test_the_project_keeps_the_display(window, studio):
+def test_display_is_saved_with_the_project(window, studio):
     attach(studio, cloud())
     studio.display.show_field("m1", FieldStyle("elevation"))
     studio.display.flush()
@@ -91,7 +91,7 @@ def test_the_project_keeps_the_display(window, studio):
 
 
 # --- what is refused -------------------------------------------------------------------------
-def test_a_mode_that_a_model_cannot_show_says_why(tmp_path):
+def test_unavailable_display_mode_has_a_reason(tmp_path):
     assert mode_problem("vertex_colors", [mesh()]) == Finding("display.no-colours")
     assert mode_problem("textured", [mesh(), cloud()]) == Finding("display.no-textures")
     assert mode_problem("wireframe", [cloud()]) == Finding("display.cloud-without-faces")
@@ -102,7 +102,7 @@ def test_a_mode_that_a_model_cannot_show_says_why(tmp_path):
     assert mode_problem("vertex_colors", [mesh(colors=np.zeros((3, 3), np.uint8))]) is None
 
 
-def test_the_tick_is_at_what_is_seen(tmp_path):
+def test_effective_mode_depends_on_the_model_data(tmp_path):
     assert display.effective_mode("textured", [mesh()]) == "plain shaded"
     assert display.effective_mode("textured", [cloud(colors=np.zeros((50, 3), np.uint8))]) == (
         "vertex_colors"
@@ -110,7 +110,7 @@ def test_the_tick_is_at_what_is_seen(tmp_path):
     assert display.effective_mode("textured", [textured(tmp_path)]) == "textured"
 
 
-def test_a_way_back_from_colours_is_named_by_what_will_be_seen(tmp_path):
+def test_default_appearance_depends_on_the_model_data(tmp_path):
     assert display.default_appearance([textured(tmp_path)]) == "Photo texture"
     coloured = cloud(colors=np.zeros((50, 3), np.uint8))
     assert display.default_appearance([coloured]) == "Own colours"
@@ -121,7 +121,7 @@ def test_a_way_back_from_colours_is_named_by_what_will_be_seen(tmp_path):
     )
 
 
-def test_the_field_panel_goes_back_to_the_colours_of_a_cloud(window, studio):
+def test_field_panel_restores_the_colours_of_a_cloud(window, studio):
     attach(studio, cloud(colors=np.zeros((50, 3), np.uint8)))
     window.actions_table.run("surface_fields")
     panel = window.findChild(FieldsPanel)
@@ -136,7 +136,7 @@ def test_the_field_panel_goes_back_to_the_colours_of_a_cloud(window, studio):
 
 
 @pytest.mark.full
-def test_actions_say_why_they_cannot_be(window, studio):
+def test_disabled_display_actions_state_their_reason(window, studio):
     attach(studio, cloud())
     actions = window.actions_table.all
     assert "display.cloud-without-faces" in shown_codes(actions["display_wireframe"].toolTip())
@@ -145,7 +145,7 @@ def test_actions_say_why_they_cannot_be(window, studio):
     assert actions["display_eye_dome"].isEnabled()
 
 
-def test_the_first_field_is_what_says_most():
+def test_default_field_is_the_most_informative_one():
     count = np.arange(50)
     fields = {"gps_time": count, "intensity": count, "classification": count}
     assert display.default_field(cloud(fields=fields)) == "classification"
@@ -154,7 +154,7 @@ def test_the_first_field_is_what_says_most():
 
 
 # --- panel -----------------------------------------------------------------------------------
-def test_a_range_is_typed_and_taken_back(window, studio):
+def test_field_range_can_be_typed_and_reset(window, studio):
     attach(studio, cloud(fields={"intensity": np.arange(50)}))
     panel = window.display_panel
     window.docks.bring_forward("display")
@@ -186,7 +186,7 @@ def test_choosing_a_field_shows_it(window, studio):
     assert panel.mode.currentData() == "field"
 
 
-def test_a_field_that_is_no_longer_there_is_named(window, studio):
+def test_missing_field_is_reported(window, studio):
     attach(studio, cloud(fields={"intensity": np.arange(50)}))
     panel = window.display_panel
     window.docks.bring_forward("display")
@@ -202,7 +202,7 @@ def test_a_field_that_is_no_longer_there_is_named(window, studio):
     assert studio.display.styles["m1"] == style
 
 
-def test_faces_of_the_box_are_typed_and_do_not_pass_each_other(window, studio):
+def test_typed_box_faces_cannot_cross(window, studio):
     attach(studio, cloud())
     studio.display.set_clip(BOX, True)
     panel = window.display_panel

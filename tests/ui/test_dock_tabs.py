@@ -19,7 +19,7 @@ def large_letters(qapp):
 
 
 @pytest.mark.parametrize("name", first_in_default_tier(["model", "interpret", "results"], 1))
-def test_no_tab_is_cut(large_letters, window, qtbot, name) -> None:
+def test_no_tab_is_truncated(large_letters, window, qtbot, name) -> None:
     window.resize(1100, 700)
     window.workspaces.switch(name)
     qtbot.wait(100)

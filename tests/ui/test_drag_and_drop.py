@@ -20,21 +20,21 @@ def dropped(*urls: str) -> list[Path]:
 
 
 @pytest.mark.usefixtures("qapp")
-def test_photos_are_opened_once_by_their_folder() -> None:
+def test_dropped_photos_open_their_folder_once() -> None:
     assert dropped("file:///wall/a.JPG", "file:///wall/b.jpeg", "file:///wall/c.png") == [
         Path("/wall")
     ]
 
 
 @pytest.mark.usefixtures("qapp")
-def test_textures_and_materials_come_with_their_model() -> None:
+def test_dropped_textures_and_materials_open_only_their_model() -> None:
     files = [f"file:///cliff/cliff{suffix}" for suffix in (".mtl", ".obj", ".jpg", ".prj")]
     assert dropped(*files) == [Path("/cliff/cliff.obj")]
     assert dropped(*files, "file:///wall/a.jpg") == [Path("/cliff/cliff.obj"), Path("/wall")]
 
 
 @pytest.mark.usefixtures("qapp")
-def test_other_files_are_opened_as_they_are_and_pages_of_the_web_are_not() -> None:
+def test_other_dropped_files_are_opened_and_web_links_are_ignored() -> None:
     files = ["file:///a/heights.tif", "file:///a/notes.pdf", "file:///a/cliff.vom"]
     assert [str(path) for path in dropped(*files, "https://example.org/a.obj")] == [
         url.removeprefix("file://") for url in files

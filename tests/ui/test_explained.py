@@ -31,7 +31,7 @@ def sections(page: str) -> dict[str, str]:
 
 
 @pytest.mark.full
-def test_every_figure_of_the_catalogue_has_its_section_with_the_explanation_of_the_tooltip():
+def test_numbers_page_explains_every_figure_of_the_catalogue():
     """``python -m tests.ui.numbers_page`` renews them."""
     page = numbers_page.PAGE.read_text("utf-8")
     assert numbers_page.renewed(page) == page
@@ -43,7 +43,7 @@ def test_every_figure_of_the_catalogue_has_its_section_with_the_explanation_of_t
     )
 
 
-def test_every_address_in_the_program_is_a_heading_of_the_documentation():
+def test_every_help_address_is_a_heading_of_the_documentation():
     found = set()
     for path in (ROOT / "vomstudio" / "ui").rglob("*.py"):
         found |= set(re.findall(r'"([a-z_]+\.md)(?:#([^"\]]*))?"', path.read_text("utf-8")))
@@ -56,7 +56,7 @@ def test_every_address_in_the_program_is_a_heading_of_the_documentation():
         assert place in sections(page), (page, place)
 
 
-def test_links_on_the_page_of_numbers_lead_somewhere():
+def test_links_on_the_numbers_page_have_targets():
     text = (documentation() / "numbers.md").read_text("utf-8")
     links = re.findall(r"\]\(([\w.]*)#([^)]+)\)", text)
     assert len(links) > 10
@@ -79,7 +79,7 @@ def explained_at(widget, at: QPoint):
     return find_help_topic(widget, widget.mapToGlobal(at))
 
 
-def test_each_figure_of_the_properties_is_explained_where_it_stands(selected):
+def test_each_figure_of_the_properties_has_an_explanation(selected):
     selected.properties._fit.details.setChecked(True)
     QApplication.processEvents()
     names = set()
@@ -94,7 +94,7 @@ def test_each_figure_of_the_properties_is_explained_where_it_stands(selected):
     assert "min_confidence95_deg" in names
 
 
-def test_each_column_of_the_table_is_explained_in_its_head_and_in_its_cells(selected):
+def test_each_table_column_is_explained_in_header_and_cells(selected):
     view = selected.table.view
     for column in range(view.model().columnCount()):
         if view.isColumnHidden(column):
@@ -125,7 +125,7 @@ def test_f1_opens_the_page_at_the_figure_under_the_cursor(selected):
     QApplication.processEvents()
 
 
-def test_the_shortcut_is_f1_and_acts_in_dialogs_too(selected):
+def test_explain_shortcut_is_f1_and_works_in_dialogs(selected):
     from PySide6.QtCore import Qt
 
     action = selected.actions_table.all["explain"]

@@ -47,7 +47,7 @@ def test_the_net_has_the_colours_of_the_outcrop(window, planes, mode):
     assert sum(len(s) for s in window.net.contents().sets) == 4
 
 
-def test_sets_of_two_types_have_colours_of_their_own(window, planes):
+def test_sets_with_one_name_in_two_types_have_different_colours(window, planes):
     window.actions_table.run("color_by_set")
     colors = set_colors(planes.session.records)
     assert set(colors) == {("bedding", "A"), ("bedding", "B"), ("joint", "A")}
@@ -55,7 +55,7 @@ def test_sets_of_two_types_have_colours_of_their_own(window, planes):
     assert color(planes, "j2") == UNKNOWN_COLOR
 
 
-def test_quality_has_the_colours_of_its_marks(window, planes):
+def test_quality_colours_match_the_verdict_marks(window, planes):
     window.actions_table.run("color_by_quality")
     for id_ in ("t1", "j2"):
         quality = planes.measured([id_])[id_].verdict.quality
@@ -64,7 +64,7 @@ def test_quality_has_the_colours_of_its_marks(window, planes):
     assert [row.verdict for row in rows] == list(VERDICT_COLORS)
 
 
-def test_opposite_dip_directions_have_two_colours(window, planes):
+def test_opposite_dip_directions_have_different_colours(window, planes):
     window.actions_table.run("color_by_dip_direction")
     assert color(planes, "t1") == color(planes, "t2")
     assert color(planes, "t1") != color(planes, "j1")
@@ -75,7 +75,7 @@ def test_colours_by_type_need_no_legend(window, planes):
     assert legend(planes)[1] == []
 
 
-def test_the_page_display_chooses_the_property(window, planes):
+def test_display_page_selects_the_colouring_property(window, planes):
     box = window.display_panel.colors
     box.setCurrentIndex(box.findData("quality"))
     box.activated.emit(box.currentIndex())

@@ -75,11 +75,11 @@ def found(studio):
         6,
     ),
 )
-def test_conditions_choose_what_they_say(found, text, names):
+def test_filter_conditions_select_matching_features(found, text, names):
     assert found(text) == names
 
 
-def test_what_is_undefined_fulfils_no_condition(found):
+def test_undefined_values_match_no_condition(found):
     assert "axis" not in found("dip<90") + found("dip!=5")
     assert found("extent>0") == []
 
@@ -107,13 +107,13 @@ def test_lengths_may_have_a_unit(studio):
         ("dip>3kg", "filter.needs-number", {"condition": "dip>3kg"}),
     ],
 )
-def test_what_cannot_be_read_is_said_with_what_is_wanted(text, code, values):
+def test_invalid_filter_is_rejected_with_the_expected_form(text, code, values):
     with refused(code, UsageError, **values):
         parse_filter(text)
 
 
 @pytest.mark.full
-def test_the_line_keeps_the_last_filter_while_a_condition_is_unfinished(window, studio):
+def test_unfinished_condition_keeps_the_previous_filter(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", "flat", dip=0.2)
     add_bed(studio, "t2", "steep", dip=2.0)
@@ -131,7 +131,7 @@ def test_the_line_keeps_the_last_filter_while_a_condition_is_unfinished(window, 
     assert "dip>30" in panel._filter.toolTip()
 
 
-def test_the_tree_is_filtered_by_the_same_words_and_says_how_many_are_left(window, studio):
+def test_tree_filter_uses_the_same_words_and_shows_the_remaining_count(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", "flat", dip=0.2)
     add_bed(studio, "t2", "steep", dip=2.0)

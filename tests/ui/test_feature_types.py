@@ -62,7 +62,7 @@ def combos(window) -> list[list[str]]:
 
 
 # --- the dialog ----------------------------------------------------------------------------------
-def test_a_type_is_added_named_coloured_used_and_taken_back(window, studio, dialog):
+def test_type_can_be_added_named_coloured_used_and_undone(window, studio, dialog):
     before = len(kinds(studio))
     press(dialog.add_button)
     type_name(dialog, "Shear zone")
@@ -87,7 +87,7 @@ def test_return_in_the_name_does_not_close_the_dialog_or_press_a_button(studio, 
     assert "Strata" in kinds(studio)
 
 
-def test_a_type_in_use_is_kept_and_the_dialog_says_why(studio, dialog):
+def test_type_in_use_cannot_be_removed(studio, dialog):
     add_bed(studio, "t1", type_id="fault")
     dialog.select("fault")
     press(dialog.remove_button)
@@ -100,7 +100,7 @@ def test_a_type_in_use_is_kept_and_the_dialog_says_why(studio, dialog):
 
 
 @pytest.mark.full
-def test_a_name_that_is_taken_is_refused_and_the_old_one_stays(studio, dialog):
+def test_existing_type_name_is_rejected_and_the_old_name_kept(studio, dialog):
     dialog.select("joint")
     type_name(dialog, "fault")
     assert "name.taken" in shown_codes(dialog.message.text())
@@ -108,7 +108,7 @@ def test_a_name_that_is_taken_is_refused_and_the_old_one_stays(studio, dialog):
     assert "Joint" in kinds(studio)
 
 
-def test_new_types_differ_from_those_there_are(studio, dialog):
+def test_new_types_differ_from_existing_ones_in_colour_and_symbol(studio, dialog):
     for _ in range(4):
         press(dialog.add_button)
     looks = [(kind.color, kind.symbol) for kind in studio.session.of(FeatureType)]
@@ -121,7 +121,7 @@ def test_the_dialog_opens_once(window, studio, dialog):
 
 
 # --- old projects --------------------------------------------------------------------------------
-def test_a_project_from_before_the_line_types_opens_and_may_add_them(window, studio, tmp_path):
+def test_project_without_line_types_opens_and_can_add_them(window, studio, tmp_path):
     add_cliff(studio)
     add_bed(studio, "t1")
     for type_id in ("fold_axis", "lineation"):
@@ -139,7 +139,7 @@ def test_a_project_from_before_the_line_types_opens_and_may_add_them(window, stu
     assert lines.findText("Lineation") >= 0
 
 
-def test_what_is_made_next_never_has_a_type_that_is_gone(studio):
+def test_removing_the_next_type_selects_another(studio):
     add_cliff(studio)
     studio.set_next("vein", "")
     assert studio.attempt(edits.remove_type, "vein")
@@ -203,7 +203,7 @@ def test_features_dropped_onto_another_type_change_in_one_edit(window, studio):
     assert not drop(tree, ["t1"], "m1")
 
 
-def test_empty_types_are_shown_on_demand_and_one_is_chosen_for_what_is_next(window, studio):
+def test_empty_types_are_shown_on_demand_and_can_become_the_next_type(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1")
     tree = window.tree
@@ -232,7 +232,7 @@ def test_the_menu_of_a_type_changes_its_colour_and_refuses_to_remove_it(window, 
     assert studio.selection.ids == ("t1",)
 
 
-def test_hide_show_only_and_show_everything(window, studio):
+def test_hide_show_only_and_show_all_commands_set_visibility(window, studio):
     add_cliff(studio)
     for i in range(3):
         add_bed(studio, f"t{i}")
@@ -253,7 +253,7 @@ def test_hide_show_only_and_show_everything(window, studio):
     assert all(studio.visible(i) for i in ("t0", "t1", "t2", "f1", "fault"))
 
 
-def test_sets_overturned_beds_and_notes_are_seen_in_the_tree(window, studio):
+def test_tree_shows_sets_overturned_beds_and_notes(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", "plain")
     assert window.tree.tree.isColumnHidden(2)
@@ -272,7 +272,7 @@ def test_sets_overturned_beds_and_notes_are_seen_in_the_tree(window, studio):
     assert studio.records["t2"].set_name == "limb B"
 
 
-def test_names_are_whole_when_sets_come_in_a_narrow_inspector(window, studio):
+def test_names_are_not_truncated_by_sets_in_a_narrow_inspector(window, studio):
     window.resize(960, 540)
     add_cliff(studio)
     add_bed(studio, "t1", "upper bed")
@@ -292,7 +292,7 @@ def test_every_symbol_looks_different(window):
 
 
 # --- the table -----------------------------------------------------------------------------------
-def test_selected_rows_are_copied_as_they_are_shown(window, studio):
+def test_selected_rows_are_copied_in_displayed_order(window, studio):
     add_cliff(studio)
     for name in ("c", "a", "b"):
         add_bed(studio, name, name, set_name="limb\tA")
@@ -309,7 +309,7 @@ def test_selected_rows_are_copied_as_they_are_shown(window, studio):
     assert len({len(row) for row in rows}) == 1
 
 
-def test_copied_cells_are_numbers_in_one_unit_and_attitudes_have_two_columns(window, studio):
+def test_copied_cells_are_plain_numbers_with_two_columns_for_attitudes(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", "a")
     table = window.table
@@ -352,7 +352,7 @@ def test_hidden_columns_stay_hidden_and_are_not_copied(window, studio):
     assert not window.table.view.isColumnHidden(place)
 
 
-def test_overturned_beds_are_ticked_in_the_table(window, studio):
+def test_overturned_flag_is_edited_in_the_table(window, studio):
     from vomstudio.ui.panels.features.table_panel import COLUMNS
 
     add_cliff(studio)

@@ -25,7 +25,7 @@ def shows(text: str, name: str) -> bool:
     return any(fnmatchcase(name, pattern) for pattern in patterns(text))
 
 
-def test_models_of_every_reader_are_offered_in_small_and_in_capital_letters():
+def test_model_filter_includes_every_reader_in_lower_and_upper_case():
     readers = find_readers().all
     assert len(readers) >= 8
     for reader in readers:
@@ -34,7 +34,7 @@ def test_models_of_every_reader_are_offered_in_small_and_in_capital_letters():
             assert shows(file_filters.models(), f"OUTCROP{ending.upper()}"), ending
 
 
-def test_control_of_every_format_is_offered():
+def test_ground_control_filter_includes_every_format():
     for format_ in find_formats().all:
         assert format_.extensions, format_.name
         for ending in format_.extensions:
@@ -43,7 +43,7 @@ def test_control_of_every_format_is_offered():
             assert shows(file_filters.ground_control(), name)
 
 
-def test_photos_videos_and_tables_are_offered():
+def test_photo_video_and_table_filters_include_common_files():
     assert all(shows(file_filters.photos(), f"IMG_1{e}") for e in MASK_SUFFIXES)
     for name in ("DJI_0001.MP4", "GOPR1.mp4", "clip.MTS", "scan.mov", "IMG_2.MOV", "VID.3gp"):
         assert shows(file_filters.videos(), name)
@@ -61,7 +61,7 @@ def test_photos_videos_and_tables_are_offered():
         ]
     ),
 )
-def test_the_window_s_dialogs_ask_with_these_filters(window, studio, monkeypatch, action, offered):
+def test_window_dialogs_use_these_filters(window, studio, monkeypatch, action, offered):
     """Qt's own dialog is not opened: what it is given is looked at."""
     add_cliff(studio)
     given: list[str] = []

@@ -35,7 +35,7 @@ from vomstudio.ui.panels.photos.photo_findings import finished_reconstruction
         ]
     ),
 )
-def test_residuals_are_told_by_what_they_are_of(
+def test_finish_message_states_the_kind_of_residuals(
     registration: dict[str, Any], code: str | None, values: dict[str, str]
 ) -> None:
     result: Any = SimpleNamespace(

@@ -34,7 +34,7 @@ def test_work_starts_once_and_after_the_first_paint(qapp):
     window.close()
 
 
-def test_a_window_that_is_never_painted_starts_its_work_too(qapp):
+def test_work_starts_even_if_the_window_is_never_painted(qapp):
     events: list[str] = []
     window = Painted(events)
     FirstPaint(window, lambda: events.append("work"))

@@ -34,32 +34,32 @@ def looks(data, to_world=HERE) -> np.ndarray:
 
 
 @pytest.mark.parametrize("azimuth", first_in_default_tier([0.0, 75.0, 180.0, 310.0], 1))
-def test_a_cliff_is_faced(azimuth):
+def test_first_view_faces_a_cliff(azimuth):
     a = np.radians(azimuth)
     out = np.array([np.sin(a), np.cos(a), 0.0])
     cliff = sheet(np.cross([0.0, 0.0, 1.0], out), np.array([0.0, 0.0, 1.0]))
     assert looks(cliff) @ -out > 0.99
 
 
-def test_a_pavement_is_looked_down_on_with_north_up():
+def test_first_view_of_a_pavement_is_from_above_with_north_up():
     ground = sheet(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     trend, plunge = first_view(ground, HERE)
     assert trend == 0.0
     assert plunge == pytest.approx(60.0)
 
 
-def test_a_flat_cloud_is_looked_down_on_whatever_its_thin_axis_is_called():
+def test_first_view_of_a_flat_cloud_is_from_above():
     ground = sheet(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     assert first_view(PointCloud(ground.vertices), HERE) == pytest.approx((0.0, 60.0))
 
 
-def test_the_up_axis_counts():
+def test_first_view_respects_the_up_axis():
     ground = sheet(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
     y_up = transform.matrix(Frame("local", None, 0.001, "y").to_world())
     assert first_view(ground, y_up) == pytest.approx((0.0, 60.0))
 
 
-def test_a_closed_body_has_no_side():
+def test_first_view_of_a_closed_body_is_the_default():
     one = sheet(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     both = Mesh(one.vertices, np.concatenate([one.faces, one.faces[:, ::-1]]))
     assert first_view(both, HERE) == (0.0, 35.0)

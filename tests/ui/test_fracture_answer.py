@@ -56,7 +56,7 @@ def axial(angle: float, other: float) -> float:
     return abs((angle - other + 90.0) % 180.0 - 90.0)
 
 
-def test_on_a_slope_and_a_pavement_azimuths_are_strikes() -> None:
+def test_fracture_azimuths_on_slope_and_pavement_are_strikes() -> None:
     made = strikes(answered(SLOPE))
     assert axial(made["level"], SLOPE.strike_rhr_deg) < 1e-6
     assert axial(made["up"], SLOPE.dip_direction_deg) < 1e-6
@@ -65,7 +65,7 @@ def test_on_a_slope_and_a_pavement_azimuths_are_strikes() -> None:
     assert axial(made["up"], 0.0) < 1e-6
 
 
-def test_on_a_wall_they_are_counted_from_up() -> None:
+def test_fracture_azimuths_on_a_wall_are_measured_from_up() -> None:
     made = strikes(answered(WALL))
     assert axial(made["level"], 90.0) < 1e-6
     assert axial(made["up"], 0.0) < 1e-6

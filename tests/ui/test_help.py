@@ -44,18 +44,18 @@ def two_pages(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_the_pages_stand_in_the_order_of_the_first_page_s_links(two_pages: Path):
+def test_pages_are_listed_in_the_order_of_links_on_the_first_page(two_pages: Path):
     assert [page.title for page in list_pages(two_pages)] == ["Start", "Other", "more"]
     assert list(list_sections(two_pages)) == ["", "To read", "More"]
 
 
-def test_anchors_are_those_of_the_links_that_people_write():
+def test_anchors_follow_the_usual_heading_syntax():
     assert anchor("A plane?") == "a-plane"
     assert anchor("Points, marked - 3") == "points-marked-3"
 
 
 @pytest.mark.full
-def test_titles_of_pages_are_whole(help_window):
+def test_page_titles_are_not_truncated(help_window):
     pages = help_window.list
     assert pages.viewport().width() >= pages.sizeHintForColumn(0)
 
@@ -88,7 +88,7 @@ def pictures_of(view) -> list[str]:
     return found
 
 
-def test_a_link_leads_to_its_heading_and_back_again(parent, two_pages: Path):
+def test_link_opens_its_heading_and_back_returns(parent, two_pages: Path):
     window = HelpWindow(parent, two_pages)
     window.show()
     QTest.qWaitForWindowExposed(window)
@@ -103,7 +103,7 @@ def test_a_link_leads_to_its_heading_and_back_again(parent, two_pages: Path):
     window.close()
 
 
-def test_words_are_found_on_other_pages_and_round_to_the_first(parent, two_pages: Path):
+def test_search_continues_on_other_pages_and_wraps_around(parent, two_pages: Path):
     window = HelpWindow(parent, two_pages)
     window.show()
     window.search.setFocus()
@@ -118,7 +118,7 @@ def test_words_are_found_on_other_pages_and_round_to_the_first(parent, two_pages
     window.close()
 
 
-def test_the_command_opens_one_window_however_often_it_is_run(parent):
+def test_help_command_opens_only_one_window(parent):
     dialogs = OpenDialogs()
     commands = help_commands.commands(Actions(parent), None, dialogs, parent)
     command = next(command for command in commands if command.name == "documentation")

@@ -21,7 +21,7 @@ PAGE = '<html lang="en"><body><h1>Report</h1><p>27 photos aligned</p></body></ht
 
 
 @pytest.mark.parametrize("browser", first_in_default_tier([True, False], 1))
-def test_the_page_is_shown_here_only_where_there_is_no_browser(
+def test_page_is_shown_in_the_program_only_without_a_browser(
     qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, browser: bool
 ) -> None:
     asked: list[str] = []
@@ -65,7 +65,7 @@ def test_a_page_is_dark_on_light_in_every_theme(
     theme.use("system")
 
 
-def test_a_figure_keeps_clear_of_the_warning_above_it(qtbot: Any, tmp_path: Path) -> None:
+def test_figure_has_a_gap_to_the_warning_above_it(qtbot: Any, tmp_path: Path) -> None:
     path = tmp_path / "report.html"
     write_report(path, result(warnings=["first", "last warning"]))
     parent = QWidget()

@@ -15,7 +15,7 @@ from vomstudio.ui.base import theme
 
 
 @pytest.mark.parametrize("side", first_in_default_tier([24, 48, 128], 1))
-def test_the_icon_is_a_net_with_nothing_outside(qtbot, side: int) -> None:
+def test_icon_is_a_net_on_a_transparent_background(qtbot, side: int) -> None:
     image = QIcon(str(resource("icon", "vomstudio.svg"))).pixmap(side, side).toImage()
     image = image.convertToFormat(QImage.Format.Format_RGBA8888)
     wide = image.width()
@@ -34,7 +34,7 @@ NAMES = ("eye-outline", "undo", "camera", "vector-polyline", "magnify-plus-outli
 
 
 @pytest.mark.parametrize("side", [16, 24, 37, 64])
-def test_icons_of_actions_are_those_of_qtawesome(qtbot, side: int) -> None:
+def test_action_icons_match_qtawesome(qtbot, side: int) -> None:
     color = QApplication.palette().color(QPalette.ColorRole.ButtonText)
     size = QSize(side, side)
     for name in NAMES:

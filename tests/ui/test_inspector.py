@@ -34,14 +34,14 @@ def poor(window, studio):
 
 
 # --- one number --------------------------------------------------------------------------------
-def test_a_plane_is_its_attitude_with_its_error_and_mark(window, studio, poor):
+def test_plane_is_shown_by_attitude_error_and_verdict_mark(window, studio, poor):
     fit = window.properties._fit
     assert fit._plane.text() == format_attitude(poor.plane, poor.total95_deg)
     assert fit._verdict.text() == poor.verdict.quality == "poor"
     assert not fit._badge.pixmap().isNull()
 
 
-def test_details_are_folded_until_asked_for_and_stay_unfolded(window, studio, poor):
+def test_details_are_folded_by_default_and_stay_unfolded(window, studio, poor):
     fit = window.properties._fit
     assert not any(value.isVisible() for value in fit._values)
     QTest.mouseClick(fit.details, Qt.MouseButton.LeftButton)
@@ -72,7 +72,7 @@ def test_the_buttons_that_unfold_are_readable_in_both_themes(window, studio, poo
         theme.use("system")
 
 
-def test_one_reason_has_the_button_that_acts_on_it(window, studio, poor):
+def test_first_reason_has_a_button_for_its_remedy(window, studio, poor):
     fit = window.properties._fit
     first = poor.verdict.reasons[0]
     assert first.code == "plane.too-straight"
@@ -103,7 +103,7 @@ def test_further_reasons_unfold_in_place(window, studio):
     assert all(reason.message in fit._reasons.text() for reason in reasons)
 
 
-def test_a_good_plane_has_no_reason(window, studio):
+def test_good_plane_shows_no_reason(window, studio):
     add_cliff(studio)
     points = tuple((float(x), float(y), 0.4 * x) for x in range(4) for y in range(4))
     add_bed(studio, "t1", vertices=points)
@@ -147,7 +147,7 @@ def test_a_changed_type_offers_the_next_name_of_the_type(window, studio):
 
 
 @pytest.mark.parametrize("name", first_in_default_tier(["Main fault", "Q07", "J01", "V1a"]))
-def test_a_name_of_the_user_is_not_offered_another(window, studio, name):
+def test_no_rename_is_offered_for_a_user_defined_name(window, studio, name):
     add_cliff(studio)
     add_bed(studio, "v1", name, type_id="joint")
     studio.selection.set(["v1"])
@@ -164,7 +164,7 @@ def test_several_features_are_renamed_in_one_step(window, studio):
     assert [studio.records[f"v{n}"].name for n in range(3)] == ["J01", "J02", "J03"]
 
 
-def test_notes_have_several_lines(window, studio):
+def test_notes_can_have_several_lines(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1")
     studio.selection.set(["t1"])
@@ -203,7 +203,7 @@ def test_a_typed_set_is_remembered_for_its_type(window, studio):
     assert studio.next_set == ""
 
 
-def test_a_line_remembers_its_set_by_type_too(window, studio):
+def test_line_tool_remembers_the_set_of_each_type(window, studio):
     panel = driver.tool_panel(window, LinePanel)
     add_cliff(studio)
     tool = panel._tool
@@ -214,7 +214,7 @@ def test_a_line_remembers_its_set_by_type_too(window, studio):
     assert tool.next_line.set_name == "L1"
 
 
-def test_the_planes_of_a_line_begin_with_the_nearest_fault(window, studio):
+def test_plane_list_of_a_line_starts_with_the_nearest_fault(window, studio):
     add_cliff(studio)
     for id_, type_id, x in (
         ("b1", "bedding", 0.0),

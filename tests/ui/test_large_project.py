@@ -18,7 +18,7 @@ def large(studio, tmp_path, monkeypatch):
 
 
 @pytest.mark.full
-def test_it_is_read_and_measured_while_the_window_lives(window, studio, large):
+def test_large_project_is_read_while_the_window_stays_responsive(window, studio, large):
     there: list[bool] = []
     beat = QTimer()
     beat.timeout.connect(lambda: there.append(studio.project.folder == large))
@@ -40,7 +40,7 @@ def test_it_is_read_and_measured_while_the_window_lives(window, studio, large):
     assert len(studio.session.features()) == 3
 
 
-def test_a_second_one_is_not_opened_meanwhile(window, studio, large, tmp_path):
+def test_second_project_is_not_opened_during_loading(window, studio, large, tmp_path):
     codes: list[str] = []
     studio.workspace.notices.posted.connect(lambda notice: codes.append(notice.code))
     QTimer.singleShot(0, lambda: studio.workspace.projects.open(tmp_path / "other.vom"))
@@ -49,7 +49,7 @@ def test_a_second_one_is_not_opened_meanwhile(window, studio, large, tmp_path):
     assert "project.opening" in codes
 
 
-def test_one_that_cannot_be_read_leaves_the_present_one_open(window, studio, large):
+def test_unreadable_project_leaves_the_current_one_open(window, studio, large):
     present = studio.project.folder
     journal = large / "journal.sqlite"
     journal.write_bytes(b"no database" * 1000)

@@ -55,7 +55,7 @@ def planes(window, studio):
 
 
 # --- line ----------------------------------------------------------------------------------------
-def test_only_types_that_are_lines_are_offered(window, planes):
+def test_line_panel_offers_only_line_types(window, planes):
     box = driver.tool_panel(window, LinePanel).type_box
     names = [box.itemText(i) for i in range(box.count())]
     assert names == ["Fold axis", "Lineation"]
@@ -65,7 +65,7 @@ def test_only_types_that_are_lines_are_offered(window, planes):
 
 
 @pytest.mark.full
-def test_slip_waits_for_a_plane_and_says_so(window, planes):
+def test_slip_is_disabled_with_a_reason_until_a_plane_is_selected(window, planes):
     panel = driver.tool_panel(window, LinePanel)
     assert not panel.slip_box.isEnabled()
     assert "slip.no-plane" in shown_codes(panel.slip_box.toolTip())
@@ -93,7 +93,7 @@ def test_slip_waits_for_a_plane_and_says_so(window, planes):
 
 
 @pytest.mark.full
-def test_the_selected_plane_is_followed_and_stays_when_a_line_is_made(window, planes):
+def test_line_plane_follows_the_selection_and_stays_after_finishing(window, planes):
     panel = driver.tool_panel(window, LinePanel)
     planes.selection.set(["f1"])
     assert planes.get_tool(LineTool).next_line.plane_id == "", "not before it is asked for"
@@ -120,7 +120,7 @@ def test_the_selected_plane_is_followed_and_stays_when_a_line_is_made(window, pl
     assert planes.get_tool(LineTool).next_line.plane_id == ""
 
 
-def test_a_line_is_laid_onto_another_plane_in_its_properties(window, planes):
+def test_plane_and_slip_of_a_line_are_edited_in_its_properties(window, planes):
     planes.activate("line")
     click(planes, (0, 0, 0), (1, 0.5, 1.0))
     planes.finish_tool()
@@ -141,7 +141,7 @@ def test_a_line_is_laid_onto_another_plane_in_its_properties(window, planes):
 
 
 # --- measure -----------------------------------------------------------------------------------
-def test_measurements_stand_in_the_tree_with_their_value(window, planes):
+def test_tree_shows_measurements_with_their_value(window, planes):
     planes.activate("measure")
     click(planes, (0, 0, 0), (0, 3, 4))
     (made,) = planes.session.of(Dimension)
@@ -174,7 +174,7 @@ def test_a_thickness_is_measured_across_the_selected_plane(window, planes):
     assert label.text() == "Across"
 
 
-def test_what_is_typed_into_the_vertices_moves_them(window, planes):
+def test_typed_vertex_coordinates_move_the_vertex(window, planes):
     planes.activate("measure")
     choose(driver.tool_panel(window, MeasurePanel).kind_box, "polyline")
     click(planes, (0, 0, 0), (0, 3, 4))
@@ -187,7 +187,7 @@ def test_what_is_typed_into_the_vertices_moves_them(window, planes):
 
 
 # --- relations -----------------------------------------------------------------------------------
-def test_two_selected_planes_show_how_they_lie_and_their_line_is_kept(window, planes):
+def test_two_selected_planes_show_their_relation_and_add_their_intersection(window, planes):
     panel, action = window.properties, window.actions_table.all["keep_intersection"]
     planes.selection.set(["b1"])
     assert panel._relation_label.isHidden()
@@ -235,7 +235,7 @@ def p_value(said: str) -> float:
     return float(value) if relation == "=" else 0.0
 
 
-def test_selected_traces_say_whether_they_are_of_one_bed_and_how_thick_it_is(window, studio):
+def test_selected_traces_show_same_bed_probability_and_thickness(window, studio):
     add_cliff(studio, Frame("local"))
     add_bed(studio, "a", "Base", vertices=corner(0.0, seed=1))
     add_bed(studio, "b", "Again", vertices=corner(0.0, shift=0.5, seed=2))
@@ -266,7 +266,7 @@ def test_selected_traces_say_whether_they_are_of_one_bed_and_how_thick_it_is(win
     assert window.properties._relation_label.isHidden()
 
 
-def test_parallel_planes_have_no_line_to_keep(window, planes):
+def test_intersection_of_parallel_planes_cannot_be_added(window, planes):
     add_bed(planes, "b3", "B03", dip=0.3)
     planes.selection.set(["b1", "b3"])
     assert "parallel" in window.properties._relation_label.text()
@@ -275,7 +275,7 @@ def test_parallel_planes_have_no_line_to_keep(window, planes):
 
 
 @pytest.mark.full
-def test_sets_are_chosen_in_a_dialog_bedding_and_fault_first(window, planes):
+def test_intersection_dialog_preselects_bedding_and_fault(window, planes):
     action = window.actions_table.all["intersection_of_sets"]
     assert action.isEnabled()
     action.trigger()
@@ -302,7 +302,7 @@ def test_sets_are_chosen_in_a_dialog_bedding_and_fault_first(window, planes):
     assert planes.selection.ids == (made.id,)
 
 
-def test_the_view_goes_along_the_selected_line(window, planes):
+def test_view_looks_along_the_selected_line(window, planes):
     seen = []
     window.view_panel._look_along = lambda trend, plunge: seen.append((trend, plunge))
     planes.selection.set(["b1", "f1"])
@@ -317,7 +317,7 @@ def test_the_view_goes_along_the_selected_line(window, planes):
     assert "selection.no-line" in shown_codes(tip)
 
 
-def test_the_net_shows_an_intersection_with_its_region(window, planes, qtbot):
+def test_net_shows_an_intersection_with_its_confidence_region(window, planes, qtbot):
     window._add_stereonet()
     planes.selection.set(["b1", "f1"])
     window.actions_table.all["keep_intersection"].trigger()

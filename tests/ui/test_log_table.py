@@ -10,7 +10,7 @@ from vomstudio.ui.panels.logs.log_table import NOTES, BedLogTable
 
 
 @pytest.mark.parametrize("width", first_in_default_tier([180, 260, 420, 900], 1))
-def test_no_head_is_cut_however_narrow_the_table_is(qtbot, width):
+def test_header_is_not_truncated_in_a_narrow_table(qtbot, width):
     table = BedLogTable()
     qtbot.addWidget(table)
     table.resize(width, 160)

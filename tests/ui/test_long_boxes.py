@@ -40,7 +40,7 @@ def on_screen(widget) -> bool:
 
 
 @pytest.mark.parametrize("lines", [3, 200])
-def test_a_dialog_fits_its_screen_and_its_last_button_is_reached(qtbot, lines):
+def test_long_dialog_fits_the_screen_and_scrolls_to_its_last_button(qtbot, lines):
     dialog = OpenDialogs().show(Long, lambda: Long(lines))
     qtbot.addWidget(dialog)
     driver.pause(50)
@@ -58,7 +58,7 @@ def test_a_dialog_fits_its_screen_and_its_last_button_is_reached(qtbot, lines):
     assert pressed == [True]
 
 
-def test_nothing_of_a_dialog_is_lost_at_its_sides(qtbot):
+def test_scrolling_dialog_is_wide_enough_for_its_contents(qtbot):
     dialog = Long(200)
     qtbot.addWidget(dialog)
     dialog.resize(100, 100)
@@ -69,7 +69,7 @@ def test_nothing_of_a_dialog_is_lost_at_its_sides(qtbot):
     assert area.viewport().width() >= dialog.button.minimumSizeHint().width()
 
 
-def test_a_dialog_that_scrolls_has_all_the_height_that_there_is(qtbot):
+def test_scrolling_dialog_uses_the_full_screen_height(qtbot):
     """One with an owner tells a height of 30 pixels until it is shown, and stayed a slit."""
     owner = QWidget()
     qtbot.addWidget(owner)

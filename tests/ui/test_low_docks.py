@@ -40,7 +40,7 @@ def wrong(top: QWidget) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("height", first_in_default_tier([720, 520], 1))
-def test_in_low_docks_nothing_lies_over_anything_else(window, studio, height) -> None:
+def test_widgets_in_low_docks_do_not_overlap(window, studio, height) -> None:
     add_cliff(studio)
     for number in range(4):
         add_bed(studio, f"b{number}", dip=0.1 * number)
@@ -81,7 +81,7 @@ class Painted(QObject):
         return False
 
 
-def test_no_frame_shows_words_that_are_cut_when_another_feature_is_selected(window, studio) -> None:
+def test_no_truncated_text_is_painted_when_the_selection_changes(window, studio) -> None:
     add_cliff(studio)
     few = ((0.0, 0.0, 0.0), (3.0, 0.01, 0.0), (6.0, 0.0, 0.01))
     add_bed(studio, "b1", vertices=few)
@@ -99,7 +99,7 @@ def test_no_frame_shows_words_that_are_cut_when_another_feature_is_selected(wind
     assert painted.cut == []
 
 
-def test_a_low_table_asks_for_its_least_height(qtbot) -> None:
+def test_compact_table_hints_its_minimum_height(qtbot) -> None:
     low, usual = CompactTable(0, 3), QTableWidget(0, 3)
     for table in (low, usual):
         qtbot.addWidget(table)

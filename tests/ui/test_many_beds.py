@@ -41,7 +41,7 @@ def panel(own_folders, qtbot, monkeypatch):
 
 
 @pytest.mark.full
-def test_it_comes_and_follows_what_is_edited(panel):
+def test_fold_axis_of_many_beds_follows_edits(panel):
     driver.wait(lambda: "of 7 bedding planes" in panel._verdict.text(), "the axis of all")
     panel._studio.session.apply(edits.delete(panel._studio.records, ["t3"]))
     driver.wait(lambda: "of 6 bedding planes" in panel._verdict.text(), "the axis of the rest")
@@ -49,7 +49,7 @@ def test_it_comes_and_follows_what_is_edited(panel):
 
 
 @pytest.mark.full
-def test_one_that_comes_after_the_bedding_has_changed_is_not_kept(panel):
+def test_stale_fold_axis_is_discarded(panel):
     driver.wait(lambda: "of 7 bedding planes" in panel._verdict.text(), "the axis of all")
     late = panel._bedding.search()
     panel._studio.session.apply(edits.delete(panel._studio.records, ["t3"]))
@@ -59,7 +59,7 @@ def test_one_that_comes_after_the_bedding_has_changed_is_not_kept(panel):
 
 
 @pytest.mark.parametrize("many", first_in_default_tier([3, 100]), ids=["in_the_thread", "at_once"])
-def test_the_net_that_is_drawn_has_the_axis(window, studio, monkeypatch, many):
+def test_drawn_net_contains_the_fold_axis(window, studio, monkeypatch, many):
     """Beds that all strike north to south have a horizontal axis to the north."""
     monkeypatch.setattr(stereonet_panel, "_MAX_DIRECT_FEATURES", many)
     window._add_stereonet()

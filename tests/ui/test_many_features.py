@@ -62,9 +62,7 @@ def recorded_rows(window, monkeypatch) -> tuple[list[int], list[tuple[int, int]]
 
 
 @pytest.mark.parametrize("rows", [[7], [3, 4, 5, 90, 91], list(range(40, 70)), [1, 60, 119]])
-def test_the_table_reports_the_ranges_of_exactly_the_rows_of_an_edit(
-    window, studio, ids, rows, monkeypatch
-):
+def test_table_reports_exactly_the_edited_row_ranges(window, studio, ids, rows, monkeypatch):
     evaluated, ranges = recorded_rows(window, monkeypatch)
     studio.attempt(edits.set_attributes, [ids[row] for row in rows], set_name="J1")
     assert sorted(evaluated) == rows
@@ -82,7 +80,7 @@ def test_scattered_rows_are_evaluated_once_each_and_reported_as_one_range(
 
 
 @pytest.mark.parametrize("step", [1, 2, 7])
-def test_a_selection_consists_of_the_smallest_number_of_whole_ranges(window, studio, ids, step):
+def test_selection_has_the_minimum_number_of_full_row_ranges(window, studio, ids, step):
     studio.selection.set(ids[1:3])
     studio.selection.set(ids[::step])
     table, tree = window.table, window.tree.tree
@@ -94,9 +92,7 @@ def test_a_selection_consists_of_the_smallest_number_of_whole_ranges(window, stu
         assert all(part.width() == columns for part in ranges)
 
 
-def test_more_rows_than_are_updated_at_once_are_updated_between_events(
-    window, studio, ids, monkeypatch
-):
+def test_many_changed_rows_are_updated_between_events(window, studio, ids, monkeypatch):
     monkeypatch.setattr(table_panel, "MAX_IMMEDIATE_FEATURES", 20)
     monkeypatch.setattr(table_panel, "STEP_FEATURES", 30)
     model = window.table.model
@@ -113,7 +109,7 @@ def test_more_rows_than_are_updated_at_once_are_updated_between_events(
     driver.wait(lambda: model.rowCount() == COUNT, "the rows")
 
 
-def test_the_tree_keeps_what_it_hides_when_many_others_are_deleted(window, studio, ids):
+def test_filtered_tree_items_stay_hidden_after_a_bulk_delete(window, studio, ids):
     window.tree.filter.setText("B11")
     assert window.tree._hidden_ids == set(ids[:110])
     studio.attempt(edits.delete, ids[50:105])
@@ -130,7 +126,7 @@ def test_the_tree_keeps_what_it_hides_when_many_others_are_deleted(window, studi
     ]
 
 
-def test_the_width_of_names_follows_the_longest_one(window, studio, ids):
+def test_name_column_width_follows_the_longest_name(window, studio, ids):
     tree = window.tree.tree
     widths = [tree._name_width()]
     long_name = "B" * 40
@@ -146,7 +142,7 @@ def test_the_width_of_names_follows_the_longest_one(window, studio, ids):
     assert widths[1] == widths[3] > widths[0]
 
 
-def test_a_moving_camera_tests_no_command_that_depends_on_features(window, monkeypatch):
+def test_moving_camera_refreshes_only_view_commands(window, monkeypatch):
     table = window.actions_table
     asked: list[str] = []
     disabled_reason = Actions.disabled_reason
@@ -160,7 +156,7 @@ def test_a_moving_camera_tests_no_command_that_depends_on_features(window, monke
 
 
 @pytest.mark.full
-def test_a_new_order_of_many_rows_keeps_the_selection(window, studio, ids, monkeypatch):
+def test_sorting_many_rows_keeps_the_selection(window, studio, ids, monkeypatch):
     from vomstudio.ui.panels.features import sorted_rows
 
     monkeypatch.setattr(sorted_rows, "MAX_SINGLE_UPDATES", 20)
@@ -172,7 +168,7 @@ def test_a_new_order_of_many_rows_keeps_the_selection(window, studio, ids, monke
 
 
 @pytest.mark.full
-def test_the_tree_computes_only_the_rows_in_sight(window, studio, ids, monkeypatch):
+def test_tree_computes_only_visible_rows(window, studio, ids, monkeypatch):
     window.resize(1000, 500)
     QApplication.processEvents()
     rows: set[str] = set()
@@ -194,7 +190,7 @@ def test_the_tree_computes_only_the_rows_in_sight(window, studio, ids, monkeypat
     assert not any(item.text(SET) for item in items)
 
 
-def test_an_eye_in_the_tree_follows_the_studio(window, studio, ids):
+def test_tree_visibility_boxes_follow_the_studio(window, studio, ids):
     studio.set_visible(ids[::2], False)
     states = [window.tree._items[id_].checkState(NAME) for id_ in ids[:2]]
     assert states == [Qt.CheckState.Unchecked, Qt.CheckState.Checked]
@@ -202,7 +198,7 @@ def test_an_eye_in_the_tree_follows_the_studio(window, studio, ids):
     assert studio.visible(ids[0])
 
 
-def test_planes_of_the_fold_are_selected_once_per_revision(studio, ids):
+def test_fold_planes_are_cached_until_an_edit(studio, ids):
     fold = studio.fold
     planes = fold.planes()
     assert len(planes) == COUNT

@@ -57,7 +57,7 @@ def at(canvas: MarkCanvas, pixel: tuple[float, float]) -> QPoint:
 
 
 @orientations
-def test_what_is_seen_red_is_marked_where_it_is_stored(orientation, shown, qtbot) -> None:
+def test_mark_is_stored_in_file_pixels_for_any_orientation(orientation, shown, qtbot) -> None:
     canvas = shown(orientation)
     canvas.set_tool(MARK)
     place = at(canvas, MIDDLE)
@@ -77,7 +77,7 @@ def test_what_is_seen_red_is_marked_where_it_is_stored(orientation, shown, qtbot
 
 
 @orientations
-def test_an_arrow_key_moves_a_mark_that_way_on_the_screen(orientation, shown, qtbot) -> None:
+def test_arrow_key_moves_a_mark_in_its_screen_direction(orientation, shown, qtbot) -> None:
     canvas = shown(orientation)
     canvas.set_tool(MARK)
     got: list[tuple[float, float]] = []
@@ -98,7 +98,7 @@ def test_an_arrow_key_moves_a_mark_that_way_on_the_screen(orientation, shown, qt
 
 
 @orientations
-def test_what_is_masked_is_tinted_where_it_is_stored(orientation, shown) -> None:
+def test_mask_is_tinted_at_its_file_pixels_for_any_orientation(orientation, shown) -> None:
     canvas = shown(orientation)
     used = np.ones((HIGH, WIDE), bool)
     used[20:30, 5:15] = False
@@ -123,7 +123,7 @@ def test_what_is_masked_is_tinted_where_it_is_stored(orientation, shown) -> None
 
 
 @orientations
-def test_the_magnifier_shows_what_is_under_the_cursor(orientation, shown, qtbot) -> None:
+def test_magnifier_shows_the_pixels_under_the_cursor(orientation, shown, qtbot) -> None:
     canvas = shown(orientation)
     canvas.set_tool(MARK)
     canvas.resize(1000, 800)
@@ -145,7 +145,7 @@ def test_the_magnifier_shows_what_is_under_the_cursor(orientation, shown, qtbot)
     assert color.red() > color.green() + 80
 
 
-def test_with_shift_a_dragged_mark_goes_slowly(shown, qtbot) -> None:
+def test_shift_slows_down_a_dragged_mark(shown, qtbot) -> None:
     canvas = shown(1)
     canvas.set_tool(MARK)
     canvas.set_marks([ShownMark("A", "tie", MIDDLE, True)])
@@ -168,7 +168,7 @@ def test_with_shift_a_dragged_mark_goes_slowly(shown, qtbot) -> None:
 
 
 @pytest.mark.parametrize("tool", [POLYGON, BRUSH, MARK])
-def test_whatever_the_tool_the_wheel_keeps_what_is_under_the_cursor(tool, shown) -> None:
+def test_wheel_keeps_the_pixel_under_the_cursor_with_every_tool(tool, shown) -> None:
     canvas = shown(6)
     canvas.set_tool(tool)
     here = QPointF(200, 410)
@@ -177,7 +177,7 @@ def test_whatever_the_tool_the_wheel_keeps_what_is_under_the_cursor(tool, shown)
     assert canvas.pixel_at(here) == pytest.approx(before)
 
 
-def test_a_place_is_looked_at_closely(shown) -> None:
+def test_zoom_to_pixel_centres_the_pixel(shown) -> None:
     canvas = shown(8)
     canvas.zoom_to_pixel((50.0, 10.0))
     assert at(canvas, (50.0, 10.0)) == QPoint(300, 300)

@@ -52,7 +52,7 @@ def leads_somewhere(menu: QMenu, rest: str) -> bool:
     return False
 
 
-def test_every_path_through_the_menus_that_a_text_names_is_there(window) -> None:
+def test_every_menu_path_named_in_a_text_exists(window) -> None:
     bar = {a.text().replace("&", ""): a.menu() for a in window.menuBar().actions()}
     found = paths()
     assert len(found) > 15
@@ -65,6 +65,6 @@ def test_every_path_through_the_menus_that_a_text_names_is_there(window) -> None
 
 
 @pytest.mark.parametrize("rest", ["Export the moon", "Theme > Purple", "Ope"])
-def test_a_path_that_leads_nowhere_is_noticed(window, rest: str) -> None:
+def test_nonexistent_menu_path_is_detected(window, rest: str) -> None:
     (file,) = (a.menu() for a in window.menuBar().actions() if a.text() == "&File")
     assert not leads_somewhere(file, rest)

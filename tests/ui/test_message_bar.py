@@ -19,7 +19,7 @@ HINT, WARNING = "click on the outcrop", "the disk is full"
 
 
 @pytest.mark.full
-def test_a_message_leaves_the_view_its_place(window, studio):
+def test_message_does_not_move_the_view(window, studio):
     centre = window.centralWidget()
     before = [centre.layout().itemAt(i).geometry() for i in range(centre.layout().count())]
     studio.warn("something to be read " * 30)
@@ -30,7 +30,7 @@ def test_a_message_leaves_the_view_its_place(window, studio):
     assert after == before
 
 
-def test_a_hint_gives_way_and_does_not_hide_a_warning(window, studio):
+def test_hint_disappears_and_does_not_replace_a_warning(window, studio):
     studio.hint(HINT)
     assert window.message_bar.text == HINT
     studio.tool_changed()
@@ -42,7 +42,7 @@ def test_a_hint_gives_way_and_does_not_hide_a_warning(window, studio):
     assert window.message_bar.isVisible()
 
 
-def test_messages_that_nobody_has_closed_are_counted_and_shown_at_a_click(window, studio):
+def test_unread_messages_are_counted_and_shown_on_click(window, studio):
     bar = window.message_bar
     earlier = bar._earlier_button
 
@@ -69,7 +69,7 @@ def test_messages_that_nobody_has_closed_are_counted_and_shown_at_a_click(window
 
 
 @pytest.mark.parametrize("box", first_in_default_tier(["trace", "type_id", "method"]))
-def test_the_wheel_over_a_choice_changes_nothing(window, studio, box):
+def test_wheel_over_a_combo_box_changes_nothing(window, studio, box):
     add_cliff(studio)
     add_bed(studio)
     studio.selection.set(["t1"])
@@ -100,7 +100,7 @@ def shown_buttons(bar) -> list[str]:
     return [b.text() for b in bar.findChildren(QPushButton) if b.isVisible()]
 
 
-def test_an_offer_to_restore_work_leaves_a_message_in_front(window, studio, tmp_path):
+def test_restore_offer_does_not_replace_a_warning(window, studio, tmp_path):
     folder = tmp_path / "other.vom"
     ProjectFolder.create(folder).close()
     studio.warn(WARNING)

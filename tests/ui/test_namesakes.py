@@ -16,7 +16,7 @@ def reading(number: int, name: str = "") -> Reading:
 
 
 @pytest.mark.full
-def test_a_rename_to_a_name_that_is_there(studio: Any) -> None:
+def test_renaming_to_an_existing_name_is_reported(studio: Any) -> None:
     said: list[Finding] = []
     studio.workspace.notices.posted.connect(lambda notice: said.append(notice.message))
     for number in range(3):
@@ -36,7 +36,7 @@ def test_a_rename_to_a_name_that_is_there(studio: Any) -> None:
     assert [each.code for each in said] == ["feature.same-names", "edit.undone"]
 
 
-def test_an_import_of_names_that_come_twice(studio: Any) -> None:
+def test_import_of_duplicate_names_is_reported(studio: Any) -> None:
     said: list[Finding] = []
     studio.workspace.notices.posted.connect(lambda notice: said.append(notice.message))
     studio.attempt(edits.add_features, [reading(1, "A"), reading(2, "A"), reading(3, "B")])

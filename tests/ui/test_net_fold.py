@@ -51,7 +51,7 @@ def beta(beds: FoldPlanes) -> tuple[float, float]:
 
 
 @pytest.mark.full
-def test_it_is_found_once_for_the_same_beds_and_anew_for_others(found: list[int]) -> None:
+def test_fold_axis_is_cached_for_identical_beds(found: list[int]) -> None:
     first = beta(BEDS)
     assert beta(replace(BEDS, azimuth_deg=BEDS.azimuth_deg.copy())) == first
     assert len(found) == 1
@@ -60,7 +60,7 @@ def test_it_is_found_once_for_the_same_beds_and_anew_for_others(found: list[int]
     assert len(found) == 2
 
 
-def test_another_registration_has_another_error(found: list[int]) -> None:
+def test_fold_axis_error_depends_on_the_registration(found: list[int]) -> None:
     group = np.zeros(6, np.int64)
     errors = [
         beta(
@@ -108,7 +108,7 @@ def axes(window, studio) -> list[tuple[float, float, int]]:
     return [(a.beta.trend_deg, a.beta.plunge_deg, a.n) for a in (net, view, statistics)]
 
 
-def test_net_statistics_and_view_have_one_axis_whatever_is_chosen(window, studio, beds) -> None:
+def test_net_statistics_and_view_use_the_same_fold_axis(window, studio, beds) -> None:
     counts = []
     for which in (
         FoldFilter(),
@@ -133,7 +133,7 @@ def test_net_statistics_and_view_have_one_axis_whatever_is_chosen(window, studio
 
 
 @pytest.mark.full
-def test_it_may_be_that_of_the_selected_planes(window, studio, beds) -> None:
+def test_fold_axis_can_use_only_the_selected_planes(window, studio, beds) -> None:
     studio.selection.set(["t0", "t1", "t2"])
     studio.fold.choose(FoldFilter(), is_selected=True)
     assert [each[2] for each in axes(window, studio)] == [3, 3, 3]
@@ -143,7 +143,7 @@ def test_it_may_be_that_of_the_selected_planes(window, studio, beds) -> None:
 
 
 @pytest.mark.full
-def test_the_lists_choose_once_for_all(window, studio, beds) -> None:
+def test_fold_filter_is_shared_by_all_panels(window, studio, beds) -> None:
     first = window.view_panel.fold_box
     second = window.findChild(StatisticsPanel).fold_box
     first.set.setCurrentIndex(first.set.findData("bent"))

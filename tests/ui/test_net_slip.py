@@ -49,7 +49,7 @@ def legend(net) -> str:
 
 
 @pytest.mark.full
-def test_striae_without_a_sense_are_plain(net, studio) -> None:
+def test_striae_without_slip_sense_have_no_arrow(net, studio) -> None:
     add_striae(studio, "s", EAST)
     assert arrows(net) == []
     assert "Slip" not in legend(net)
@@ -79,7 +79,7 @@ def test_the_arrow_points_where_the_hanging_wall_moves(
 
 
 @pytest.mark.full
-def test_without_poles_there_are_no_arrows(net, studio) -> None:
+def test_hiding_the_poles_hides_the_slip_arrows(net, studio) -> None:
     add_striae(studio, "s", EAST, "normal")
     add_striae(studio, "t", EAST)
     assert len(arrows(net)) == 1

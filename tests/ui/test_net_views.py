@@ -103,9 +103,7 @@ def type_in(field, text: str) -> None:
 
 # --- roses and histograms --------------------------------------------------------------------
 @pytest.mark.full
-def test_roses_stand_in_the_dock_and_a_click_on_a_petal_selects_what_it_counts(
-    net, window, studio
-) -> None:
+def test_click_on_a_rose_petal_selects_its_features(net, window, studio) -> None:
     show_view(window, "Rose of dip directions")
     assert net.artists is None
     roses = net.roses
@@ -140,7 +138,7 @@ def test_many_sets_share_one_rose_for_each_type(net, window, studio) -> None:
 
 
 @pytest.mark.full
-def test_bins_and_weights_of_the_menu_are_taken(net, window, studio) -> None:
+def test_rose_menu_sets_bins_and_weights(net, window, studio) -> None:
     add_bed(studio, "t1", "bed")
     show_view(window, "Rose of strikes")
     net.menu_button.widths[30.0].trigger()
@@ -168,7 +166,7 @@ def test_bins_and_weights_of_the_menu_are_taken(net, window, studio) -> None:
     assert net.contours.isEnabled()
 
 
-def test_roses_are_exported_and_copied_as_the_net_is(net, window, studio, tmp_path) -> None:
+def test_roses_can_be_exported_and_copied(net, window, studio, tmp_path) -> None:
     show_view(window, "Histogram of dips")
     export_net(studio, net, tmp_path / "dips.svg")
     texts = ElementTree.parse(tmp_path / "dips.svg").getroot().itertext()
@@ -179,7 +177,7 @@ def test_roses_are_exported_and_copied_as_the_net_is(net, window, studio, tmp_pa
 
 
 # --- what is drawn too -----------------------------------------------------------------------
-def test_what_the_menu_switches_on_is_drawn_and_kept(net, window, studio) -> None:
+def test_net_menu_options_are_drawn_and_saved(net, window, studio) -> None:
     window.actions_table.all["net_in_middle"].trigger()
     driver.pause(100)
     ask(window, "averages", "girdles", "maxima")
@@ -199,7 +197,7 @@ def test_what_the_menu_switches_on_is_drawn_and_kept(net, window, studio) -> Non
 
 
 @pytest.mark.full
-def test_errors_of_all_and_planes_of_striae(net, window, studio) -> None:
+def test_net_shows_errors_of_all_planes_and_the_planes_of_striae(net, window, studio) -> None:
     add_bed(studio, "t1", "bed")
     ask(window, "errors")
     (ellipse,) = net.artists.contents.errors
@@ -218,7 +216,7 @@ def test_errors_of_all_and_planes_of_striae(net, window, studio) -> None:
 
 
 @pytest.mark.full
-def test_a_set_that_is_hidden_in_the_menu_leaves_the_net_only(net, window, studio) -> None:
+def test_hiding_a_set_in_the_menu_affects_only_the_net(net, window, studio) -> None:
     net.menu_button.menu().aboutToShow.emit()
     action = next(a for a in net.menu_button.sets.actions() if a.text().startswith("Joint"))
     action.trigger()
@@ -233,7 +231,7 @@ def test_a_set_that_is_hidden_in_the_menu_leaves_the_net_only(net, window, studi
 
 # --- typing ----------------------------------------------------------------------------------
 @pytest.mark.full
-def test_circles_and_lines_that_are_typed_are_drawn_as_one_types(net, window) -> None:
+def test_typed_circles_and_lines_are_drawn_while_typing(net, window) -> None:
     window.docks.move_to_center("stereonet")
     dialog = typed(window)
     type_in(dialog.fields["planes"], "120/60; 210/45")
@@ -257,7 +255,7 @@ def test_circles_and_lines_that_are_typed_are_drawn_as_one_types(net, window) ->
 
 
 @pytest.mark.full
-def test_untilting_by_the_selected_plane_lays_it_flat(net, window, studio) -> None:
+def test_untilting_by_the_selected_plane_makes_it_horizontal(net, window, studio) -> None:
     dialog = typed(window)
     assert not dialog.use_plane_button.isEnabled()
     assert shown_codes(dialog.use_plane_button.toolTip()) == {"selection.no-plane"}
@@ -284,7 +282,7 @@ def test_untilting_by_the_selected_plane_lays_it_flat(net, window, studio) -> No
 
 
 @pytest.mark.full
-def test_levels_that_are_typed_are_contoured_at(net, window, studio) -> None:
+def test_typed_contour_levels_are_used(net, window, studio) -> None:
     net.contours.methods["linear_kamb"].trigger()
     dialog = typed(window)
     type_in(dialog.fields["levels"], "3, 7")
@@ -320,7 +318,7 @@ def test_the_pole_and_cone_of_an_open_trace_move_while_it_is_picked(net, window,
 
 # --- figures and places ----------------------------------------------------------------------
 @pytest.mark.full
-def test_the_style_of_figures_is_chosen_previewed_and_kept(net, window, studio, tmp_path) -> None:
+def test_figure_style_is_previewed_and_saved(net, window, studio, tmp_path) -> None:
     window.actions_table.all["figure_style"].trigger()
     (dialog,) = window.findChildren(FigureStyleDialog)
     driver.wait(lambda: not dialog.preview.pixmap().isNull(), "the preview")
@@ -345,7 +343,7 @@ def test_the_style_of_figures_is_chosen_previewed_and_kept(net, window, studio, 
     dialog.close()
 
 
-def test_the_net_takes_the_place_of_the_outcrop_and_goes_back(net, window) -> None:
+def test_net_can_replace_the_outcrop_and_return(net, window) -> None:
     window.workspaces.switch("results")
     # Sizes are kept once a workspace has stood for a moment.
     driver.pause(400)
@@ -365,7 +363,7 @@ def test_the_net_takes_the_place_of_the_outcrop_and_goes_back(net, window) -> No
     assert now == pytest.approx(was, rel=0.1)
 
 
-def test_the_net_gives_the_middle_back_with_all_sizes(window, studio):
+def test_returning_the_net_restores_all_dock_sizes(window, studio):
     add_cliff(studio)
     window.resize(1280, 720)
     QTest.keyClick(window, Qt.Key.Key_3, driver.CTRL)

@@ -8,7 +8,7 @@ import pytest
 
 
 @pytest.mark.full
-def test_each_tool_goes_on_with_its_own_type_and_set(studio: Any) -> None:
+def test_each_tool_remembers_its_own_type_and_set(studio: Any) -> None:
     studio.activate("trace")
     studio.set_next("fault", "F1")
     studio.activate("plane")
@@ -21,7 +21,7 @@ def test_each_tool_goes_on_with_its_own_type_and_set(studio: Any) -> None:
     assert (studio.next_type_id, studio.next_set) == ("joint", "J1")
 
 
-def test_another_project_begins_without_them(studio: Any) -> None:
+def test_new_project_resets_the_next_type_and_set(studio: Any) -> None:
     studio.activate("trace")
     studio.set_next("fault", "F1")
     studio.activate("navigate")

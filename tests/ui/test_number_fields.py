@@ -56,7 +56,7 @@ def enter(field, text: str) -> float:
         ("0,5km", 500.0),
     ],
 )
-def test_numbers_are_typed_with_either_mark_and_with_units(qtbot, text, value) -> None:
+def test_numbers_accept_either_decimal_mark_and_units(qtbot, text, value) -> None:
     field = show(qtbot, DoubleSpinBox())
     assert enter(field, text) == value
     assert field.text() == f"{value:.2f} m"
@@ -65,7 +65,7 @@ def test_numbers_are_typed_with_either_mark_and_with_units(qtbot, text, value) -
 @pytest.mark.usefixtures("language")
 @pytest.mark.parametrize("kind", [SpinBox, DoubleSpinBox])
 @pytest.mark.parametrize("text", REFUSED)
-def test_invalid_numbers_keep_the_last_one_and_show_the_limits(qtbot, kind, text) -> None:
+def test_invalid_input_keeps_the_last_number_and_shows_the_limits(qtbot, kind, text) -> None:
     field = show(qtbot, kind())
     assert enter(field, text) == 7
     assert field.hasAcceptableInput()
@@ -127,7 +127,7 @@ def test_quantities_are_converted_to_the_unit_of_the_field(text, unit, value) ->
         ("", "m", False),
     ],
 )
-def test_letters_belong_to_a_length_only_after_its_number(text, unit, is_partial) -> None:
+def test_unit_letters_are_accepted_only_after_a_number(text, unit, is_partial) -> None:
     assert is_partial_quantity(text, unit) == is_partial
 
 

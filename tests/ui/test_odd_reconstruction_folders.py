@@ -39,7 +39,7 @@ def out(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
 
 
 @pytest.mark.full
-def test_nothing_is_read_from_them(out: Path, tmp_path: Path) -> None:
+def test_invalid_reconstruction_folders_are_ignored(out: Path, tmp_path: Path) -> None:
     assert folders.read_survey_report(out) is None
     assert read_request(out / folders.REQUEST) is None
     assert folders.find_newest(tmp_path / "a.vom") is None
@@ -47,7 +47,7 @@ def test_nothing_is_read_from_them(out: Path, tmp_path: Path) -> None:
     assert folders.find_alignment(out.parent / "other", tmp_path) is None
 
 
-def test_a_folder_that_is_a_link_is_not_filled(tmp_path: Path) -> None:
+def test_linked_output_folder_is_rejected(tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     place = tmp_path / "a.vom" / folders.RECONSTRUCTIONS / "photos-preview"
     place.parent.mkdir(parents=True)
@@ -57,7 +57,7 @@ def test_a_folder_that_is_a_link_is_not_filled(tmp_path: Path) -> None:
     assert not any((tmp_path / "elsewhere").iterdir())
 
 
-def test_the_settings_of_an_earlier_run_are_read_again(tmp_path: Path) -> None:
+def test_settings_of_an_earlier_run_are_restored(tmp_path: Path) -> None:
     control = tmp_path / "control.csv"
     control.write_text("label,x,y,z\n")
     options = ReconstructOptions(

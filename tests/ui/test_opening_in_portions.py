@@ -31,7 +31,7 @@ def names(studio) -> list[str]:
 
 
 @pytest.mark.full
-def test_they_come_a_portion_after_the_other(window, studio, stored):
+def test_tree_rows_are_added_in_portions(window, studio, stored):
     window.open_path(stored)
     # Not in the moment in which every panel begins with the project.
     assert rows_of(window.tree) == []
@@ -47,7 +47,7 @@ def test_they_come_a_portion_after_the_other(window, studio, stored):
 
 
 @pytest.mark.full
-def test_an_edit_finds_everything_in_its_place(window, studio, stored):
+def test_edit_during_loading_completes_the_tree_first(window, studio, stored):
     window.open_path(stored)
     first, *_, last = studio.session.features()
     studio.attempt(edits.set_attributes, [last.id], name="A1")
@@ -58,7 +58,7 @@ def test_an_edit_finds_everything_in_its_place(window, studio, stored):
 
 
 @pytest.mark.full
-def test_filter_selection_and_eye_hold_for_those_that_come_later(window, studio, stored, qtbot):
+def test_filter_selection_and_visibility_apply_to_rows_added_later(window, studio, stored, qtbot):
     window.open_path(stored)
     features = studio.session.features()
     window.tree.filter.setText(features[-1].name)
@@ -71,7 +71,7 @@ def test_filter_selection_and_eye_hold_for_those_that_come_later(window, studio,
     assert items[-1].checkState(0).value == 0
 
 
-def test_nothing_of_it_comes_into_the_next_project(window, studio, stored):
+def test_pending_rows_are_not_added_to_the_next_project(window, studio, stored):
     window.open_path(stored)
     studio.workspace.projects.new()
     for _ in range(20):
@@ -79,7 +79,7 @@ def test_nothing_of_it_comes_into_the_next_project(window, studio, stored):
     assert rows_of(window.tree) == []
 
 
-def test_portions_are_done_once_each_and_in_order(qtbot):
+def test_portions_run_once_each_in_order(qtbot):
     parent, done = QObject(), []
     portions = IncrementalWork(parent)
 

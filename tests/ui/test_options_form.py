@@ -110,7 +110,7 @@ class ShownInOtherUnits(Options):
     is_closed: bool = option(False, help="", label="Closed")
 
 
-def test_a_form_may_show_another_unit_than_the_option_has(qtbot: Any) -> None:
+def test_form_can_use_another_unit_than_the_option(qtbot: Any) -> None:
     made = create_fields(qtbot, ShownInOtherUnits)
     share, size = made.fields["share"], made.fields["size_m"]
     assert isinstance(share, QDoubleSpinBox)

@@ -49,7 +49,7 @@ def type_into(editor: QLineEdit, text: str) -> None:
 
 
 # --- table ---------------------------------------------------------------------------------
-def test_what_is_undefined_stands_last_either_way_round(window, studio):
+def test_undefined_values_are_sorted_last_in_both_orders(window, studio):
     add_cliff(studio)
     # Three points have no redundancy, so their confidence is undefined.
     add_bed(studio, "t1", "three", vertices=((0, 0, 0), (1, 0, 0.2), (0, 1, 0.5)))
@@ -65,7 +65,7 @@ def test_what_is_undefined_stands_last_either_way_round(window, studio):
     assert shown(window)[-1] == "three"
 
 
-def test_names_are_sorted_as_people_count(window, studio):
+def test_names_are_sorted_in_natural_order(window, studio):
     add_cliff(studio)
     for name in ("B10", "B2", "B1"):
         add_bed(studio, name, name)
@@ -78,7 +78,7 @@ def test_names_are_sorted_as_people_count(window, studio):
     ]
 
 
-def test_the_filter_takes_words_of_any_column_and_leaves_the_selection_alone(window, studio):
+def test_filter_matches_any_column_and_keeps_the_selection(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", "upper", set_name="limb A")
     add_bed(studio, "t2", "lower", set_name="limb B", notes="covered")
@@ -102,7 +102,7 @@ def test_the_filter_takes_words_of_any_column_and_leaves_the_selection_alone(win
     ("title", "field"),
     first_in_default_tier([("Name", "name"), ("Set", "set_name"), ("Notes", "notes")]),
 )
-def test_names_sets_and_notes_are_typed_in_place(window, studio, title, field):
+def test_names_sets_and_notes_are_edited_in_place(window, studio, title, field):
     add_cliff(studio)
     add_bed(studio, "t1", "first")
     view = window.table.view
@@ -116,7 +116,7 @@ def test_names_sets_and_notes_are_typed_in_place(window, studio, title, field):
     assert getattr(studio.records["t1"], field) == ("first" if field == "name" else "")
 
 
-def test_an_empty_name_is_refused_with_the_reason_and_the_old_one_stays(window, studio):
+def test_empty_name_is_rejected_and_the_old_name_kept(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", "first")
     model = window.table.model
@@ -130,7 +130,7 @@ def test_an_empty_name_is_refused_with_the_reason_and_the_old_one_stays(window, 
     assert window.properties.fields["name"].text() == "first"
 
 
-def test_figures_cannot_be_typed_over(window, studio):
+def test_measured_columns_are_read_only(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1")
     model = window.table.model
@@ -139,7 +139,7 @@ def test_figures_cannot_be_typed_over(window, studio):
         assert editable == (each.title in ("Name", "Set", "Station", "Notes"))
 
 
-def test_no_cell_of_the_table_is_cut_off_by_a_later_plane(window, studio):
+def test_table_columns_grow_with_later_planes(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", "a", vertices=((0, 0, 0), (1, 0, 0.2), (0, 1, 0.5)))
     add_bed(studio, "t2", "a much longer name of a bed", set_name="upper limb of the fold")
@@ -148,7 +148,7 @@ def test_no_cell_of_the_table_is_cut_off_by_a_later_plane(window, studio):
 
 
 # --- tree ----------------------------------------------------------------------------------
-def test_the_eye_of_a_group_and_of_a_plane_hides_without_an_edit(window, studio):
+def test_hiding_a_group_or_plane_in_the_tree_is_not_an_edit(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1")
     before = studio.session.top
@@ -161,7 +161,7 @@ def test_the_eye_of_a_group_and_of_a_plane_hides_without_an_edit(window, studio)
     assert studio.session.top == before
 
 
-def test_what_is_hidden_is_still_hidden_after_reopening(window, studio, tmp_path):
+def test_hidden_features_stay_hidden_after_reopening(window, studio, tmp_path):
     add_cliff(studio)
     add_bed(studio, "t1")
     studio.set_visible(["t1"], False)
@@ -174,7 +174,7 @@ def test_what_is_hidden_is_still_hidden_after_reopening(window, studio, tmp_path
     assert window.tree._items["t1"].checkState(0) == Qt.CheckState.Unchecked
 
 
-def test_the_tree_follows_every_edit_there_and_back(window, studio):
+def test_tree_follows_edits_and_undo(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", "first")
     assert window.tree._items["bedding"].text(0) == "Bedding (1)"
@@ -190,7 +190,7 @@ def test_the_tree_follows_every_edit_there_and_back(window, studio):
 
 
 # --- selection -----------------------------------------------------------------------------
-def test_selection_is_one_thing(window, studio):
+def test_selection_is_shared_by_all_panels(window, studio):
     add_cliff(studio)
     for i in range(3):
         add_bed(studio, f"t{i}")
@@ -207,7 +207,7 @@ def test_selection_is_one_thing(window, studio):
     assert rows_chosen(window) == []
 
 
-def test_every_action_on_planes_says_select_first_when_nothing_is(window, studio):
+def test_plane_actions_are_disabled_without_a_selection(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1")
     table = window.actions_table.all
@@ -218,7 +218,7 @@ def test_every_action_on_planes_says_select_first_when_nothing_is(window, studio
 
 
 # --- properties ----------------------------------------------------------------------------
-def test_looking_at_several_features_and_then_at_one_changes_nothing(window, studio):
+def test_changing_the_selection_edits_nothing(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", "a", set_name="limb", notes="rough")
     add_bed(studio, "t2", "b", set_name="crest", notes="smooth")
@@ -233,7 +233,7 @@ def test_looking_at_several_features_and_then_at_one_changes_nothing(window, stu
     assert not studio.redo_label
 
 
-def test_properties_change_all_that_is_selected_except_the_name(window, studio):
+def test_properties_edit_all_selected_features_except_their_names(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", "a")
     add_bed(studio, "t2", "b")
@@ -259,7 +259,7 @@ def test_properties_change_all_that_is_selected_except_the_name(window, studio):
     assert not studio.records["t1"].overturned
 
 
-def test_a_name_typed_and_left_for_another_plane_goes_to_the_plane_it_was_typed_for(window, studio):
+def test_typed_name_applies_to_its_plane_after_the_selection_changes(window, studio):
     """Leaving the field by a click on another row ends the typing after the selection moved."""
     add_cliff(studio)
     add_bed(studio, "t1", "a")
@@ -276,7 +276,7 @@ def test_a_name_typed_and_left_for_another_plane_goes_to_the_plane_it_was_typed_
 
 
 # --- notation ------------------------------------------------------------------------------
-def test_notation_is_chosen_once_and_holds_everywhere(window, studio):
+def test_notation_applies_to_all_views(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", dip=1.0)
     studio.selection.set(["t1"])
@@ -332,7 +332,7 @@ def test_numbers_are_read_with_either_decimal_mark(text, value):
 @pytest.mark.parametrize(
     "language", first_in_default_tier(["de_DE", "en_US", "fr_FR", "de_CH", "C"])
 )
-def test_a_vertex_shown_in_any_locale_is_read_back_as_the_same_number(window, studio, language):
+def test_vertex_coordinates_are_read_back_in_any_locale(window, studio, language):
     add_cliff(studio)
     trace = add_bed(
         studio,
@@ -363,7 +363,7 @@ def test_a_vertex_shown_in_any_locale_is_read_back_as_the_same_number(window, st
 
 
 # --- the journal comes first ---------------------------------------------------------------------
-def test_no_view_changes_where_the_journal_cannot_be_written(window, studio, monkeypatch):
+def test_failed_journal_write_leaves_all_views_unchanged(window, studio, monkeypatch):
     add_cliff(studio)
     add_bed(studio, "t1", "first")
     studio.selection.set(["t1"])
@@ -404,7 +404,7 @@ def test_no_view_changes_where_the_journal_cannot_be_written(window, studio, mon
     assert window.table.model.rowCount() == 0
 
 
-def test_the_row_is_written_before_any_view_hears_of_it(window, studio):
+def test_edit_is_journalled_before_the_views_are_notified(window, studio):
     add_cliff(studio)
     rows_at_signal = []
 
@@ -463,7 +463,7 @@ def test_typing_a_set_for_a_restored_trace_keeps_its_type(window, studio, tmp_pa
     )
 
 
-def test_a_draft_that_cannot_be_read_is_said(window, studio, tmp_path):
+def test_unreadable_draft_is_reported(window, studio, tmp_path):
     add_cliff(studio)
     studio.session.set_draft({"tool": "trace", "vertices": "nonsense"})
     studio.save_as(tmp_path / "p.vom")
@@ -473,7 +473,7 @@ def test_a_draft_that_cannot_be_read_is_said(window, studio, tmp_path):
     assert not studio.get_tool(TraceTool).is_open
 
 
-def test_long_words_in_the_status_line_do_not_widen_the_window(window) -> None:
+def test_long_text_in_the_status_line_does_not_widen_the_window(window) -> None:
     before = window.width()
     window.status_line._job.setText("Orthophoto of a long name: casting rays, 6 of 6 " * 4)
     window.status_line._job.show()
@@ -483,7 +483,7 @@ def test_long_words_in_the_status_line_do_not_widen_the_window(window) -> None:
     assert window.minimumSizeHint().width() <= before
 
 
-def test_a_long_message_in_the_status_line_ends_before_what_stands_beside_it(window) -> None:
+def test_long_status_message_does_not_overlap_the_other_status_fields(window) -> None:
     line = window.status_line
     line._position.setText("E 372 419.990  N 4 709 815.817  Z 613.642 m")
     words = "The orthophoto was written to /a/folder/with/a/long/name" * 6 + "/view.tif."
@@ -503,7 +503,7 @@ def test_a_long_message_in_the_status_line_ends_before_what_stands_beside_it(win
     assert line.toolTip() == ""
 
 
-def test_no_other_tool_makes_the_choice_of_tools_scroll(window):
+def test_other_tool_pages_do_not_make_the_tool_list_scroll(window):
     panel = window.tool_panel
     choice = panel.currentWidget()
     high = max(page.minimumSizeHint().height() for page in panel.panels.values())

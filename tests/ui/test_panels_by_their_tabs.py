@@ -22,7 +22,7 @@ def created(place: LazyScrollArea) -> bool:
     "size", first_in_default_tier(map(pytest.param, [(1400, 900), (1000, 560)]))
 )
 @pytest.mark.parametrize("name", first_in_default_tier(["interpret", "results"], 1))
-def test_no_page_is_empty_whose_button_is_clicked(window, qtbot, name, size) -> None:
+def test_clicking_a_page_button_creates_its_page(window, qtbot, name, size) -> None:
     window.resize(*size)
     window.workspaces.switch(name)
     qtbot.wait(100)

@@ -46,7 +46,9 @@ def state(panel: QWidget) -> Iterator[tuple[object, ...]]:
 
 @pytest.mark.parametrize("name", PANELS)
 @pytest.mark.parametrize("notation", first_in_default_tier(["dipdir/dip", "strike/dip"], 1))
-def test_it_shows_what_it_would_have_shown(window, studio, qtbot, name: str, notation: str) -> None:
+def test_lazily_created_panel_shows_the_current_state(
+    window, studio, qtbot, name: str, notation: str
+) -> None:
     def made() -> QWidget:
         panel = PANELS[name](studio, window.view)
         # It goes with the window, as those in docks do.

@@ -43,7 +43,7 @@ def read(images: PhotoImages, path: Path, qtbot) -> PhotoPyramid | str:
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
-def test_a_photo_is_shown_upright_and_its_pixels_stay_those_of_the_file(
+def test_photo_is_shown_upright_in_file_pixel_coordinates(
     orientation, tmp_path, images, qtbot
 ) -> None:
     path = stored(tmp_path, orientation)
@@ -82,7 +82,7 @@ def test_a_photo_is_shown_upright_and_its_pixels_stay_those_of_the_file(
     assert (int(got[0].x), int(got[0].y)) == RED
 
 
-def test_cameras_of_another_size_still_hit_the_same_places(tmp_path, images, qtbot) -> None:
+def test_camera_pixels_are_scaled_to_a_resized_photo(tmp_path, images, qtbot) -> None:
     """The photos were halved after they had been aligned."""
     picture = read(images, stored(tmp_path, 6), qtbot)
     canvas = PhotoCanvas()
@@ -97,13 +97,13 @@ def test_cameras_of_another_size_still_hit_the_same_places(tmp_path, images, qtb
 
 # The reader of JPEG says on its own account what is wrong with the file.
 @pytest.mark.qt_log_level_fail("CRITICAL")
-def test_a_damaged_photo_is_told_of(tmp_path, images, qtbot) -> None:
+def test_damaged_photo_is_reported(tmp_path, images, qtbot) -> None:
     path = tmp_path / "broken.jpg"
     path.write_bytes(b"\xff\xd8\xff\xe0 no picture")
     assert isinstance(read(images, path, qtbot), str)
 
 
-def test_the_wheel_and_a_drag_keep_what_is_under_the_cursor(qtbot) -> None:
+def test_zooming_keeps_the_pixel_under_the_cursor(qtbot) -> None:
     canvas = PhotoCanvas()
     qtbot.addWidget(canvas)
     canvas.resize(300, 200)
@@ -119,7 +119,7 @@ def test_the_wheel_and_a_drag_keep_what_is_under_the_cursor(qtbot) -> None:
     assert canvas.contains_pixels(np.array([[1000.0, 900.0], [1040.0, 930.0]]))
 
 
-def test_nothing_of_a_feature_is_drawn_beside_the_photo(qtbot) -> None:
+def test_features_are_clipped_to_the_photo(qtbot) -> None:
     canvas = PhotoCanvas()
     qtbot.addWidget(canvas)
     canvas.resize(600, 200)

@@ -81,7 +81,7 @@ def mark(marks: PhotoMarks, label: str, photo: str = "a.jpg", x: float = 1.25) -
     marks.change("mark", marks.marking.set_mark(label, photo, (x, 2.5)))
 
 
-def test_every_change_is_a_step_of_the_projects_history_and_in_the_tables(opened, folder) -> None:
+def test_every_mark_change_is_an_undo_step_and_updates_the_tables(opened, folder) -> None:
     marks, studio = opened.marks, opened.studio
     mark(marks, "A")
     assert read_marks(folder / "marks.csv") == [Mark("A", "a.jpg", 1.25, 2.5)]
@@ -108,7 +108,7 @@ def test_marks_survive_the_loss_of_their_tables_and_of_the_window(opened, folder
     assert any(getattr(r, "label", "") == "A" for r in read_replay(project).records.values())
 
 
-def test_a_drag_is_one_step_and_kept_at_its_end(opened, folder) -> None:
+def test_dragging_a_mark_is_one_undo_step_saved_at_its_end(opened, folder) -> None:
     marks = opened.marks
     mark(marks, "A")
     for i in range(5):
@@ -121,7 +121,7 @@ def test_a_drag_is_one_step_and_kept_at_its_end(opened, folder) -> None:
     assert read_marks(folder / "marks.csv")[0].x == 1.25
 
 
-def test_nudges_that_follow_each_other_are_one_step(opened) -> None:
+def test_consecutive_nudges_are_one_undo_step(opened) -> None:
     marks = opened.marks
     mark(marks, "A")
     for i in range(5):
@@ -133,9 +133,7 @@ def test_nudges_that_follow_each_other_are_one_step(opened) -> None:
     assert marks.marking.of("A") == {"a.jpg": (6.0, 2.5)}
 
 
-def test_a_folder_that_cannot_be_written_is_told_and_the_project_keeps_the_tables(
-    opened, folder, monkeypatch
-) -> None:
+def test_tables_of_a_read_only_folder_are_saved_in_the_project(opened, folder, monkeypatch) -> None:
     write = writing.write_marks
 
     def refused(path: Path, marks):
@@ -158,9 +156,7 @@ def test_a_folder_that_cannot_be_written_is_told_and_the_project_keeps_the_table
     assert not opened.said, "told once"
 
 
-def test_what_can_be_written_nowhere_stays_in_the_project_and_is_tried_again(
-    opened, folder, monkeypatch
-) -> None:
+def test_failed_table_export_is_reported_and_retried(opened, folder, monkeypatch) -> None:
     def refused(path: Path, marks):
         raise TargetError(Finding("disk.full"), file=path)
 
@@ -176,7 +172,7 @@ def test_what_can_be_written_nowhere_stays_in_the_project_and_is_tried_again(
     assert len(read_marks(folder / "marks.csv")) == 2
 
 
-def test_a_table_that_cannot_be_read_is_put_aside_before_it_is_replaced(studio, folder) -> None:
+def test_unreadable_table_is_backed_up_before_it_is_replaced(studio, folder) -> None:
     (folder / "marks.csv").write_text("label,photo,x,y\nA,a.jpg,left,2\n")
     opened = Opened(studio, folder)
     assert "table.not-a-number" in shown_codes(opened.problems[0])
@@ -186,7 +182,7 @@ def test_a_table_that_cannot_be_read_is_put_aside_before_it_is_replaced(studio, 
     assert "left" in (folder / "marks.csv.bak").read_text()
 
 
-def test_a_table_that_another_program_has_changed_is_put_aside(opened, folder) -> None:
+def test_table_changed_by_another_program_is_backed_up(opened, folder) -> None:
     mark(opened.marks, "A")
     write_marks(folder / "marks.csv", [Mark("X", "a.jpg", 9.0, 9.0)])
     mark(opened.marks, "B")
@@ -209,7 +205,7 @@ def looked_at_again(opened: Opened, folder: Path, changed: dict[str, str]) -> li
     return exports.foreign_files
 
 
-def test_only_tables_that_say_something_else_are_another_programs(studio, folder) -> None:
+def test_only_tables_with_different_contents_are_foreign(studio, folder) -> None:
     for name, text in TABLES.items():
         (folder / name).write_text(text)
     opened = Opened(studio, folder)
@@ -231,7 +227,7 @@ def test_only_tables_that_say_something_else_are_another_programs(studio, folder
         assert looked_at_again(opened, folder, changed) == [name], new
 
 
-def test_tables_that_were_taken_in_without_a_note_of_their_sum_are_our_own(studio, folder) -> None:
+def test_imported_tables_without_a_stored_hash_are_not_foreign(studio, folder) -> None:
     """As in a project without its view state."""
     for name, text in TABLES.items():
         (folder / name).write_text(text)
@@ -240,7 +236,7 @@ def test_tables_that_were_taken_in_without_a_note_of_their_sum_are_our_own(studi
     assert looked_at_again(opened, folder, {}) == []
 
 
-def test_marks_in_photos_that_are_not_there_are_kept(studio, folder) -> None:
+def test_marks_in_missing_photos_are_kept(studio, folder) -> None:
     write_marks(folder / "marks.csv", [Mark("A", "gone.jpg", 1, 2), Mark("A", "b.jpg", 3, 4)])
     opened = Opened(studio, folder)
     marks = opened.marks
@@ -249,9 +245,7 @@ def test_marks_in_photos_that_are_not_there_are_kept(studio, folder) -> None:
     assert {m.photo for m in read_marks(folder / "marks.csv")} == {"gone.jpg", "sub/b.jpg", "a.jpg"}
 
 
-def test_the_tables_that_the_model_is_placed_by_are_taken_in_and_never_written(
-    studio, folder
-) -> None:
+def test_control_tables_of_the_model_are_imported_and_not_overwritten(studio, folder) -> None:
     """With their CRS, without which the model would be in a local frame."""
     control, marks_ = folder.parent / "control.csv", folder.parent / "marks.csv"
     control.write_text("# EPSG:32633: surveyed\nlabel,x,y,z\nA,1,2,3\n")
@@ -270,7 +264,7 @@ def test_the_tables_that_the_model_is_placed_by_are_taken_in_and_never_written(
     assert not list(folder.glob("*.bak*")), "a table of our own needs no copy"
 
 
-def test_points_of_another_crs_are_not_mixed_in(opened, folder) -> None:
+def test_points_in_another_crs_are_rejected(opened, folder) -> None:
     one, other = folder.parent / "one.csv", folder.parent / "other.csv"
     one.write_text("# EPSG:32633\nlabel,x,y,z\nA,1,2,3\n")
     other.write_text("# EPSG:32632\nlabel,x,y,z\nB,1,2,3\n")

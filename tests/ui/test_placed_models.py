@@ -78,7 +78,7 @@ def findings(panel: Any) -> list[str]:
     return [listed.item(row).text() for row in range(listed.count())]
 
 
-def test_the_photos_panel_shows_how_the_model_of_the_photos_is_placed(
+def test_photos_panel_shows_the_registration_of_its_model(
     window: Any, studio: Any, panel: Any
 ) -> None:
     out = window.survey.output_folder()

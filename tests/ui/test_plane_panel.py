@@ -45,14 +45,14 @@ def patches(studio) -> list[Patch]:
 
 
 @pytest.mark.full
-def test_the_page_comes_forward_with_its_tool(window, painting):
+def test_page_is_raised_with_its_tool(window, painting):
     assert window.docks["tool"].windowTitle() == "Plane"
     assert not driver.tool_panel(window, PlanePanel).visibleRegion().isEmpty()
     assert window.actions_table.all["plane"].isChecked()
 
 
 @pytest.mark.full
-def test_the_radius_is_typed_shown_and_changed_by_its_commands(window, painting):
+def test_brush_radius_is_set_by_typing_and_by_commands(window, painting):
     panel, tool = driver.tool_panel(window, PlanePanel), painting.get_tool(PlaneTool)
     panel.radius.setValue(0.8)
     assert tool.radius == pytest.approx(0.8)
@@ -68,7 +68,7 @@ def test_the_radius_is_typed_shown_and_changed_by_its_commands(window, painting)
     assert panel.radius.value() == pytest.approx(panel.radius.maximum())
 
 
-def test_the_page_shows_the_fit_while_the_stroke_is_made(window, painting):
+def test_page_shows_the_fit_during_a_stroke(window, painting):
     panel = driver.tool_panel(window, PlanePanel)
     assert not panel.fit_view.isVisibleTo(panel)
     painting.pointer(event(Pointer.DRAG_START, 900))
@@ -83,7 +83,7 @@ def test_the_page_shows_the_fit_while_the_stroke_is_made(window, painting):
 
 
 @pytest.mark.full
-def test_type_and_set_of_what_is_made_next(window, painting):
+def test_new_plane_gets_the_type_and_set_of_the_panel(window, painting):
     panel = driver.tool_panel(window, PlanePanel)
     panel.type_box.setCurrentIndex(panel.type_box.findData("joint"))
     panel.set_name_edit.setText("J1")
@@ -94,7 +94,7 @@ def test_type_and_set_of_what_is_made_next(window, painting):
     assert (patch.name, patch.type_id, patch.set_name) == ("J01", "joint", "J1")
 
 
-def test_only_types_of_planes_are_offered(window, painting):
+def test_plane_panel_offers_only_plane_types(window, painting):
     box = driver.tool_panel(window, PlanePanel).type_box
     offered = {box.itemData(row) for row in range(box.count())}
     assert {"bedding", "fault", "joint"} < offered
@@ -103,7 +103,7 @@ def test_only_types_of_planes_are_offered(window, painting):
     assert box.currentData() == "lineation"
 
 
-def test_finish_cancel_and_edit_are_offered_when_they_can_be_done(window, painting):
+def test_finish_cancel_and_edit_are_enabled_only_when_possible(window, painting):
     actions = window.actions_table.all
     window.actions_table.refresh()
     for name in ("finish", "cancel", "edit_feature"):
@@ -125,7 +125,7 @@ def test_finish_cancel_and_edit_are_offered_when_they_can_be_done(window, painti
     assert patches(painting) == [patch]
 
 
-def test_undo_and_redo_take_strokes_and_then_the_plane(window, painting):
+def test_undo_and_redo_apply_to_strokes_and_then_to_the_plane(window, painting):
     tool, run = painting.get_tool(PlaneTool), window.actions_table.run
     dab(painting, 900)
     one = tool.selection.mask
@@ -143,7 +143,7 @@ def test_undo_and_redo_take_strokes_and_then_the_plane(window, painting):
     assert len(patches(painting)) == 1
 
 
-def test_another_tool_keeps_the_unfinished_plane(window, painting):
+def test_switching_tools_adds_the_unfinished_plane(window, painting):
     dab(painting, 900)
     painting.activate("trace")
     assert painting.tool_name == "trace"
@@ -168,7 +168,7 @@ def test_an_incomplete_trace_is_discarded_for_the_plane_and_undo_restores_it(win
 
 
 @pytest.mark.full
-def test_only_an_open_model_lets_a_plane_be_changed(window, painting):
+def test_plane_can_be_edited_only_if_its_model_is_open(window, painting):
     bed = add_bed(painting, "t1")
     dab(painting, 900)
     painting.finish_tool()
@@ -182,7 +182,7 @@ def test_only_an_open_model_lets_a_plane_be_changed(window, painting):
 
 
 @pytest.mark.full
-def test_an_area_goes_to_the_selection_and_back(window, painting):
+def test_area_can_be_moved_to_the_selection_and_back(window, painting):
     plane, select = painting.get_tool(PlaneTool), painting.get_tool(SelectTool)
     dab(painting, 900)
     mask = plane.selection.mask
@@ -202,7 +202,7 @@ def test_an_area_goes_to_the_selection_and_back(window, painting):
     assert len(patches(painting)) == 1
 
 
-def test_a_mode_is_chosen_from_anywhere(window, painting):
+def test_plane_mode_command_activates_the_tool(window, painting):
     painting.activate("navigate")
     window.actions_table.run("plane_lasso")
     assert painting.tool_name == "plane"
@@ -213,7 +213,7 @@ def test_a_mode_is_chosen_from_anywhere(window, painting):
 
 
 @pytest.mark.full
-def test_a_plane_of_a_hidden_type_shows_the_type_again(window, painting):
+def test_adding_a_plane_of_a_hidden_type_shows_the_type(window, painting):
     painting.set_visible(["bedding"], False)
     dab(painting, 900)
     said = []
@@ -224,7 +224,7 @@ def test_a_plane_of_a_hidden_type_shows_the_type_again(window, painting):
 
 
 @pytest.mark.full
-def test_the_table_and_the_tree_have_the_plane(window, painting):
+def test_finished_plane_is_listed_in_the_table(window, painting):
     dab(painting, 900)
     painting.finish_tool()
     (patch,) = patches(painting)

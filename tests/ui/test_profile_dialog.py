@@ -67,7 +67,7 @@ def qualities(studio: Any) -> list[str]:
 
 
 @pytest.mark.full
-def test_the_textbook_is_chosen_in_one_step_that_undo_takes_back(
+def test_textbook_profile_is_applied_in_one_undoable_step(
     dialog: ProfileDialog, studio: Any, window: Any
 ) -> None:
     before = qualities(studio)
@@ -90,12 +90,12 @@ def test_the_textbook_is_chosen_in_one_step_that_undo_takes_back(
     assert dialog.profile.currentData() == "error"
 
 
-def test_what_is_shown_beforehand_is_what_comes(dialog: ProfileDialog, studio: Any) -> None:
+def test_profile_preview_matches_the_result(dialog: ProfileDialog, studio: Any) -> None:
     choose(dialog, "textbook")
     assert figures(dialog.effect.text().split(":")[-1]) == [1, 1, 0]
 
 
-def test_what_is_typed_stays_while_features_are_worked_on(
+def test_typed_limits_are_kept_while_features_are_edited(
     dialog: ProfileDialog, studio: Any
 ) -> None:
     choose(dialog, "textbook")
@@ -105,7 +105,7 @@ def test_what_is_typed_stays_while_features_are_worked_on(
     assert dialog.limits().by == "shape"
 
 
-def test_a_changed_limit_makes_a_profile_of_ones_own_that_is_kept(
+def test_changed_limit_creates_a_custom_profile_that_is_saved(
     dialog: ProfileDialog, studio: Any
 ) -> None:
     choose(dialog, "textbook")

@@ -40,7 +40,7 @@ print(len(handed))
 
 
 @pytest.mark.full
-def test_owners_are_deleted_while_their_work_is_being_done() -> None:
+def test_deleting_an_owner_during_its_work_does_not_crash() -> None:
     """A thread that emitted a signal of a dialog which Qt deleted in that moment ended the program
     (segmentation fault; with such threads within two seconds, mostly)."""
     ran = subprocess.run(
@@ -79,7 +79,7 @@ print(len(done))
 """
 
 
-def test_a_library_that_keeps_something_for_each_thread_is_used_again_and_again() -> None:
+def test_repeated_use_of_pyproj_in_threads_does_not_crash() -> None:
     """pyproj in a thread of Qt's ended the program at its second use."""
     ran = subprocess.run(
         [sys.executable, "-X", "faulthandler", "-c", _MAPS_IN_THREADS],
@@ -91,7 +91,7 @@ def test_a_library_that_keeps_something_for_each_thread_is_used_again_and_again(
     assert (ran.returncode, ran.stderr, ran.stdout.strip()) == (0, "", "20")
 
 
-def test_only_what_was_asked_for_last_counts(qtbot) -> None:
+def test_only_the_latest_request_is_delivered(qtbot) -> None:
     owner, begun, came, slow = QObject(), [], [], []
     go = threading.Event()
     failed: list[VomError] = []

@@ -59,7 +59,7 @@ def asked(studio: Any) -> list[str]:
 
 
 # --- frames ----------------------------------------------------------------------------------
-def test_a_model_near_those_of_the_project_takes_their_frame(
+def test_model_near_those_of_the_project_gets_their_frame(
     studio: Any, asked: list[str], tmp_path: Path
 ) -> None:
     first = add_file(studio, tmp_path / "first.obj", PLACE, "1")
@@ -75,7 +75,7 @@ def test_a_model_near_those_of_the_project_takes_their_frame(
     assert asked == [first.id, far.id]
 
 
-def test_a_model_made_here_is_not_asked_for_its_frame(
+def test_model_made_by_the_program_needs_no_frame_dialog(
     studio: Any, asked: list[str], tmp_path: Path
 ) -> None:
     cameras = sample_model().with_name(FILE_NAME).read_text()
@@ -104,7 +104,7 @@ def test_the_frame_dialog_proposes_the_crs_of_the_project(window: Any, studio: A
     dialog.reject()
 
 
-def test_the_same_frame_replaces_no_registration(window: Any, studio: Any) -> None:
+def test_declaring_the_same_frame_keeps_the_registration(window: Any, studio: Any) -> None:
     add_cliff(studio)
     placed = Registration("r1", "points", "points", Frame("crs", OTHER_UTM), scale_error=1e-3)
     assert studio.attempt(edits.set_registration, placed, ["m1"])
@@ -114,7 +114,7 @@ def test_the_same_frame_replaces_no_registration(window: Any, studio: Any) -> No
     assert studio.session.top == before
 
 
-def test_matches_are_chosen_with_the_keys(qtbot: Any) -> None:
+def test_search_matches_are_selected_with_the_keyboard(qtbot: Any) -> None:
     field = SearchField(lambda text: [(f"line of {n}", n) for n in ("aa", "ab") if text in n])
     qtbot.addWidget(field)
     field.show()
@@ -129,7 +129,9 @@ def test_matches_are_chosen_with_the_keys(qtbot: Any) -> None:
 
 
 # --- results ---------------------------------------------------------------------------------
-def test_results_go_to_the_project_or_the_last_folder(studio: Any, tmp_path: Path) -> None:
+def test_results_folder_is_that_of_the_project_or_the_last_target(
+    studio: Any, tmp_path: Path
+) -> None:
     source, work, paper = (tmp_path / name for name in ("source", "work", "paper"))
     for folder in (source, work, paper):
         folder.mkdir()
@@ -152,7 +154,7 @@ def make_project(studio: Any, folder: Path) -> Path:
     return folder
 
 
-def test_an_elevation_model_is_not_proposed_beside_the_model(
+def test_proposed_elevation_model_path_is_not_in_the_model_folder(
     window: Any, studio: Any, tmp_path: Path
 ) -> None:
     add_cliff(studio)
@@ -164,7 +166,7 @@ def test_an_elevation_model_is_not_proposed_beside_the_model(
     assert target.parent != tmp_path
 
 
-def test_no_at_the_replacement_leads_back_to_the_dialog(
+def test_declining_to_overwrite_returns_to_the_dialog(
     window: Any, studio: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     add_cliff(studio)
@@ -186,7 +188,7 @@ def test_no_at_the_replacement_leads_back_to_the_dialog(
     assert (tmp_path / "cliff_faultkin.txt").read_text() == "mine"
 
 
-def test_programs_with_one_kind_of_file_get_distinct_names(
+def test_exports_for_different_programs_get_distinct_names(
     window: Any, studio: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     add_cliff(studio)
@@ -200,7 +202,7 @@ def test_programs_with_one_kind_of_file_get_distinct_names(
     assert "cliff.txt" not in names
 
 
-def test_a_finished_export_offers_to_open_it(
+def test_finished_export_offers_to_open_the_file(
     window: Any, studio: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from PySide6.QtGui import QDesktopServices
@@ -229,7 +231,7 @@ def test_a_finished_export_offers_to_open_it(
     assert bar.isVisible(), "with an unread message before it, it stays"
 
 
-def test_a_report_is_written_in_the_background_and_offers_to_open_it(
+def test_report_is_written_in_the_background_with_an_offer_to_open_it(
     window: Any, studio: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     report = window.actions_table.all["project_report"]
@@ -274,7 +276,7 @@ def test_control_points_are_read_from_every_format(
 
 
 # --- photos ----------------------------------------------------------------------------------
-def test_cameras_stand_where_the_registration_of_the_model_puts_them(tmp_path: Path) -> None:
+def test_camera_positions_follow_the_model_registration(tmp_path: Path) -> None:
     text = sample_model().with_name(FILE_NAME).read_text()
     (tmp_path / FILE_NAME).write_text(text)
     cameras = read_cameras(tmp_path / FILE_NAME)
@@ -293,7 +295,7 @@ def test_cameras_stand_where_the_registration_of_the_model_puts_them(tmp_path: P
         assert row.look_direction == pytest.approx((-look[1], look[0]))
 
 
-def test_the_pause_has_its_place_while_nothing_runs(window: Any) -> None:
+def test_pause_button_is_visible_while_nothing_runs(window: Any) -> None:
     window.docks.bring_forward("photos")
     panel, survey = window.photos_panel, window.survey
     survey.folder = Path("photos")

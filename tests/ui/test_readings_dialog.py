@@ -50,7 +50,7 @@ def ask(window, path) -> ReadingsDialog:
     return dialog
 
 
-def test_a_layer_of_points_is_read_as_a_field_book(window, studio, tmp_path):
+def test_point_layer_is_read_as_a_field_book(window, studio, tmp_path):
 
     add_cliff(studio, UTM)
     path = tmp_path / "stations.gpkg"
@@ -88,9 +88,7 @@ def ok(dialog):
 
 
 @pytest.mark.full
-def test_nothing_is_added_before_the_north_is_said_and_then_it_says_what_it_does(
-    window, studio, book
-):
+def test_import_requires_a_north_reference_and_states_its_correction(window, studio, book):
     add_cliff(studio, UTM)
     dialog = ask(window, book)
     assert not ok(dialog).isEnabled()
@@ -111,9 +109,7 @@ def test_nothing_is_added_before_the_north_is_said_and_then_it_says_what_it_does
     assert not studio.session.of(Reading)
 
 
-def test_an_import_is_one_edit_turned_to_grid_north_and_compared_with_the_picks(
-    window, studio, book
-):
+def test_import_is_one_edit_corrected_to_grid_north_and_compared_with_picks(window, studio, book):
     add_cliff(studio, UTM)
     bed = add_bed(studio, "t1", "B01", dip=1.0)
     plane = studio.measured([bed.id])[bed.id].plane
@@ -152,7 +148,7 @@ def test_an_import_is_one_edit_turned_to_grid_north_and_compared_with_the_picks(
 
 
 @pytest.mark.full
-def test_the_difference_follows_the_pick(window, studio, book):
+def test_difference_to_the_nearest_pick_follows_edits(window, studio, book):
     add_cliff(studio, UTM)
     dialog = ask(window, book)
     choose(dialog._north, "grid")
@@ -168,7 +164,7 @@ def test_the_difference_follows_the_pick(window, studio, book):
 
 
 @pytest.mark.full
-def test_without_a_crs_no_convergence_is_applied_and_that_is_said(window, studio, book):
+def test_missing_crs_gives_no_convergence_and_is_reported(window, studio, book):
     add_cliff(studio)
     dialog = ask(window, book)
     choose(dialog._north, "true")
@@ -177,7 +173,7 @@ def test_without_a_crs_no_convergence_is_applied_and_that_is_said(window, studio
     dialog.reject()
 
 
-def test_an_unknown_type_can_be_one_that_is_there(window, studio, book):
+def test_unknown_type_can_be_mapped_to_an_existing_type(window, studio, book):
     add_cliff(studio)
     dialog = ask(window, book)
     choose(dialog._new_type_boxes["dyke"], "vein")
@@ -187,7 +183,7 @@ def test_an_unknown_type_can_be_one_that_is_there(window, studio, book):
 
 
 @pytest.mark.full
-def test_an_azimuth_that_can_be_either_waits_for_the_user(window, studio, tmp_path):
+def test_ambiguous_azimuth_requires_a_selection(window, studio, tmp_path):
     path = tmp_path / "two.txt"
     path.write_text("40 50\n42 52\n")
     add_cliff(studio)
@@ -210,7 +206,7 @@ def test_a_role_belongs_to_one_column(window, studio, book):
     dialog.reject()
 
 
-def test_a_file_that_is_no_table_is_said(window, studio, tmp_path):
+def test_file_that_is_not_a_table_is_reported(window, studio, tmp_path):
     add_cliff(studio)
     path = tmp_path / "sheet.csv"
     path.write_bytes(b"PK\x03\x04" + bytes(100))
@@ -222,7 +218,7 @@ def test_a_file_that_is_no_table_is_said(window, studio, tmp_path):
     assert not window.findChildren(ReadingsDialog)
 
 
-def test_the_export_says_what_was_added_and_how_far_the_pick_is(window, studio, book):
+def test_export_notes_state_the_correction_and_the_nearest_pick(window, studio, book):
     add_cliff(studio, UTM)
     add_bed(studio, "t1", "B01", dip=1.0)
     dialog = ask(window, book)
@@ -236,7 +232,7 @@ def test_the_export_says_what_was_added_and_how_far_the_pick_is(window, studio, 
 
 
 @pytest.mark.full
-def test_a_type_that_may_be_lines_waits_for_the_user_and_is_reported(window, studio, tmp_path):
+def test_ambiguous_line_type_requires_a_selection_and_is_reported(window, studio, tmp_path):
     path = tmp_path / "faults.csv"
     path.write_text(
         "station,kind,dip direction,dip\nA,Fault,132,41\nA,Slickenside,140,40\n"

@@ -58,14 +58,14 @@ def all_panels(window) -> dict[str, list[str]]:
 
 
 @pytest.mark.full
-def test_panels_without_a_model_say_why_their_controls_are_disabled(window) -> None:
+def test_disabled_controls_without_a_model_state_a_reason(window) -> None:
     assert all_panels(window) == {}
 
 
 @pytest.mark.parametrize(
     "tool", first_in_default_tier(["trace", "plane", "line", "measure", "station", "lithology"])
 )
-def test_panels_of_a_project_do_so_too(window, studio, tool) -> None:
+def test_disabled_controls_with_a_project_state_a_reason(window, studio, tool) -> None:
     add_cliff(studio)
     add_bed(studio)
     studio.selection.set(["t1"])
@@ -73,7 +73,7 @@ def test_panels_of_a_project_do_so_too(window, studio, tool) -> None:
     assert all_panels(window) == {}
 
 
-def test_what_cannot_be_chosen_while_something_is_continued_says_so(window, studio) -> None:
+def test_controls_disabled_while_continuing_a_feature_state_a_reason(window, studio) -> None:
     add_cliff(studio)
     length = Dimension("d1", "D01", "distance", "m1", "0" * 64, ZIGZAG[:2])
     place = Station("s1", "S1", "m1", "0" * 64, ZIGZAG[:1])
@@ -86,7 +86,7 @@ def test_what_cannot_be_chosen_while_something_is_continued_says_so(window, stud
         tool.cancel()
 
 
-def test_fractures_that_are_counted_everywhere_need_no_place(window) -> None:
+def test_disabled_controls_for_every_fracture_region_state_a_reason(window) -> None:
     window.docks.bring_forward("fractures")
     panel = window.docks["fractures"].widget().widget()
     for row in range(panel.region_box.count()):
@@ -94,7 +94,7 @@ def test_fractures_that_are_counted_everywhere_need_no_place(window) -> None:
         assert list(silent(panel)) == []
 
 
-def test_a_reason_goes_and_the_own_tooltip_comes_back(qtbot) -> None:
+def test_enabling_a_control_restores_its_own_tooltip(qtbot) -> None:
     field = QLineEdit()
     qtbot.addWidget(field)
     field.setToolTip("A length.")

@@ -78,7 +78,7 @@ def click(studio, place) -> None:
 
 
 @pytest.mark.full
-def test_a_wrong_point_is_named_left_to_judge_and_the_model_placed(studio, pairs) -> None:
+def test_wrong_point_is_reported_unticked_and_the_model_registered(studio, pairs) -> None:
     assert "P4" in pairs.summary.text()
     tick(pairs, 4)
     assert pairs.table.item(4, 0).checkState() == Qt.CheckState.Unchecked
@@ -105,7 +105,7 @@ def test_a_wrong_point_is_named_left_to_judge_and_the_model_placed(studio, pairs
     assert pairs.table.rowCount() == 0
 
 
-def test_points_are_clicked_in_their_order_and_the_next_is_foretold(
+def test_points_are_clicked_in_order_and_the_next_position_is_predicted(
     studio, panel, tmp_path, monkeypatch
 ) -> None:
     shown = []
@@ -129,7 +129,7 @@ def test_points_are_clicked_in_their_order_and_the_next_is_foretold(
 
 
 @pytest.mark.full
-def test_the_same_table_again_brings_other_coordinates_and_leaves_places(
+def test_reloading_a_table_updates_coordinates_and_keeps_clicked_positions(
     studio, panel, tmp_path, monkeypatch
 ) -> None:
     load(panel, monkeypatch, tmp_path / "gcp.csv", "\n".join(["label,x,y,z", *rows(WORLD)]))
@@ -141,7 +141,7 @@ def test_the_same_table_again_brings_other_coordinates_and_leaves_places(
     assert first.position == pytest.approx(tuple(WORLD[0] + 1.0))
 
 
-def test_a_click_without_a_table_makes_a_point_whose_coordinates_are_typed(studio, panel) -> None:
+def test_click_without_a_table_adds_a_point_for_typed_coordinates(studio, panel) -> None:
     click(studio, MODEL[0])
     (point,) = studio.session.of(ControlPoint)
     assert (point.name, point.position) == ("C01", None)
@@ -168,7 +168,7 @@ def test_a_click_without_a_table_makes_a_point_whose_coordinates_are_typed(studi
 
 
 @pytest.mark.full
-def test_what_keeps_the_button_disabled_is_said(pairs) -> None:
+def test_disabled_register_button_states_its_reason(pairs) -> None:
     for row in range(5):
         tick(pairs, row)
     assert not pairs.register.isEnabled()
@@ -180,7 +180,7 @@ def test_what_keeps_the_button_disabled_is_said(pairs) -> None:
 
 
 @pytest.mark.full
-def test_coordinates_outside_the_area_of_their_crs_are_told(pairs) -> None:
+def test_coordinates_outside_their_crs_area_are_reported(pairs) -> None:
     pairs.crs_field.setText("EPSG:32633")
     inside = pairs.summary.text()
     # The British grid ends at 1,300 km north.
@@ -199,7 +199,7 @@ def test_a_file_without_points_changes_nothing(studio, panel, tmp_path, monkeypa
 
 
 @pytest.mark.full
-def test_many_points_are_placed_beside_the_window(studio, panel, tmp_path, monkeypatch) -> None:
+def test_many_points_are_registered_in_the_background(studio, panel, tmp_path, monkeypatch) -> None:
     """Two hundred took a quarter of a second at every tick, a thousand four seconds."""
     rng = np.random.default_rng(3)
     model = rng.uniform(0.0, 30.0, (200, 3))
@@ -223,7 +223,7 @@ def test_many_points_are_placed_beside_the_window(studio, panel, tmp_path, monke
 
 
 @pytest.mark.full
-def test_the_scale_of_a_model_is_kept_where_that_is_ticked(studio, pairs) -> None:
+def test_keep_scale_option_keeps_the_model_scale(studio, pairs) -> None:
     tick(pairs, 4)
     assert pairs.placed is not None
     assert pairs.placed.scale == pytest.approx(2.0)
@@ -246,7 +246,7 @@ def test_the_scale_of_a_model_is_kept_where_that_is_ticked(studio, pairs) -> Non
 
 
 @pytest.mark.full
-def test_a_typed_click_error_counts_in_the_errors_and_is_stored(studio, pairs) -> None:
+def test_typed_click_error_affects_the_stated_errors_and_is_stored(studio, pairs) -> None:
     tick(pairs, 4)
     errors, field = [], pairs.options.fields["click_sigma_m"]
     for typed in ("0.01", "0,2"):

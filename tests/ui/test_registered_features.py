@@ -35,7 +35,7 @@ def row(window, title: str) -> str:
 
 
 @pytest.mark.full
-def test_the_panel_shows_what_the_registration_adds_and_the_total(window, studio, beds):
+def test_panel_shows_the_registration_error_and_the_total_error(window, studio, beds):
     studio.selection.set(["t1"])
     assert row(window, "95 % error").endswith("–")
     register(studio)
@@ -71,7 +71,7 @@ def test_the_ellipse_about_the_selected_pole_grows_with_the_registration(window,
 
 
 @pytest.mark.full
-def test_the_panel_of_the_model_says_what_its_registration_is_worth(window, studio, beds):
+def test_model_panel_shows_the_quality_of_its_registration(window, studio, beds):
     register(studio, -0.001)
     studio.selection.set(["m1"])
     text = " ".join(label.text() for label in window.properties.findChildren(QLabel))
@@ -82,7 +82,7 @@ def test_the_panel_of_the_model_says_what_its_registration_is_worth(window, stud
 
 
 @pytest.mark.full
-def test_an_axis_no_stronger_than_the_bowing_is_warned_of(window, studio):
+def test_fold_axis_comparable_to_the_bowing_is_reported(window, studio):
     add_cliff(studio)
     for i, dip in enumerate((0.30, 0.31, 0.32)):
         add_bed(studio, f"t{i}", f"B{i}", dip=dip)

@@ -35,12 +35,12 @@ def test_each_reason_of_a_verdict_has_a_short_form() -> None:
 
 
 @pytest.mark.parametrize("code", sorted(REMEDIES))
-def test_a_short_form_is_short(code: str) -> None:
+def test_short_reasons_do_not_exceed_the_word_limit(code: str) -> None:
     assert code in TEXTS
     assert len(REMEDIES[code].text.split()) <= MAX_WORDS
 
 
-def test_a_reason_has_the_command_that_acts_on_it() -> None:
+def test_reason_is_mapped_to_its_remedy_command() -> None:
     assert remedy_command(Finding("plane.too-small", ratio=3.0, minimum=10.0)) == "edit_feature"
     assert remedy_command(Finding("plane.bowed")) == ""
 
@@ -50,6 +50,6 @@ def test_an_unknown_reason_is_shown_in_full() -> None:
     assert short_reason(finding) == finding.message
 
 
-def test_the_commands_exist(window) -> None:
+def test_remedy_commands_exist(window) -> None:
     commands = {remedy.command for remedy in REMEDIES.values()} - {""}
     assert commands <= window.actions_table.all.keys()

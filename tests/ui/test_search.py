@@ -63,7 +63,7 @@ def test_recent_entries_are_first_on_a_tie_only():
     assert rank("map", [one, two, better], ["2"]) == [better, two, one]
 
 
-def test_without_words_all_are_listed():
+def test_empty_query_lists_all_entries():
     assert rank("  ", ENTRIES) == ENTRIES
 
 
@@ -101,7 +101,7 @@ QUERIES = {
 }
 
 
-def test_the_command_that_is_meant_comes_first(window):
+def test_intended_command_is_ranked_first(window):
     palette = CommandPalette(window, window.actions_table, window._search_destinations())
     first = {}
     for query in QUERIES:

@@ -22,18 +22,18 @@ from vomstudio.ui.base.texts import abbreviate_names, first_sentence, format_sen
         ]
     ),
 )
-def test_a_text_becomes_a_sentence_and_a_sentence_stays(text: str, said: str) -> None:
+def test_text_becomes_a_sentence_and_a_sentence_is_unchanged(text: str, said: str) -> None:
     assert format_sentence(text) == said
     assert format_sentence(said) == said
 
 
-def test_of_many_names_the_first_are_said() -> None:
+def test_long_name_lists_are_abbreviated() -> None:
     assert abbreviate_names([]) == ""
     assert abbreviate_names(["a", "b", "c"]) == "a, b, c"
     assert abbreviate_names(["a", "b", "c", "d", "e"]) == "a, b, c and 2 more"
     assert abbreviate_names(["a", "b"], max_names=1) == "a and 1 more"
 
 
-def test_the_first_sentence_ends_with_its_stop() -> None:
+def test_first_sentence_ends_at_its_full_stop() -> None:
     assert first_sentence("No model. Open one first.") == "No model."
     assert first_sentence("1.5 m is too short.") == "1.5 m is too short."

@@ -41,25 +41,25 @@ def proposed(window, panel) -> str:
     return panel.message.text()
 
 
-def test_without_planes_the_command_says_so(window, panel) -> None:
+def test_set_proposal_is_disabled_without_planes(window, panel) -> None:
     assert window.actions_table.disabled_reason("propose_sets") == Finding("planes.none")
 
 
-def test_two_planes_make_no_set(window, studio, panel) -> None:
+def test_two_planes_are_too_few_for_a_set(window, studio, panel) -> None:
     read(studio, [(10, 20), (30, 40)])
     said = proposed(window, panel)
     assert shown_values(said, "sets.too-few-planes") == {"minimum": "3", "count": "2"}
     assert not panel.accept.isEnabled()
 
 
-def test_four_planes_of_no_set_are_no_set(window, studio, panel) -> None:
+def test_four_scattered_planes_form_no_set(window, studio, panel) -> None:
     read(studio, [(10, 20), (100, 80), (200, 40), (300, 70)])
     assert "sets.none-distinct" in shown_codes(proposed(window, panel))
     assert not panel.accept.isEnabled()
 
 
 @pytest.mark.full
-def test_parallel_planes_without_places_are_one_set(window, studio, panel) -> None:
+def test_parallel_planes_without_positions_form_one_set(window, studio, panel) -> None:
     read(studio, [(90, 45)] * 10)
     codes = shown_codes(proposed(window, panel))
     assert {"sets.parallel", "sets.not-in-metres"} <= codes
@@ -78,7 +78,7 @@ def test_parallel_planes_without_places_are_one_set(window, studio, panel) -> No
 
 
 @pytest.mark.full
-def test_what_a_selection_is_not_is_left_alone(window, studio, panel) -> None:
+def test_accepting_sets_of_a_selection_changes_only_the_selected(window, studio, panel) -> None:
     read(studio, [(90 + i % 2, 45) for i in range(12)])
     studio.selection.set([f"r{i}" for i in range(6)])
     proposed(window, panel)
@@ -97,7 +97,7 @@ def test_one_edit_puts_features_in_several_sets(studio, panel) -> None:
         edits.assign_sets(studio.records, {"r2": ""})
 
 
-def test_the_cone_holds_the_error_of_the_registration() -> None:
+def test_cone_includes_the_registration_error() -> None:
     """Of equal turns about all axes a mean is off by the root of 5.99 times their error, 95 % of a
     chi-square with two degrees of freedom; it adds to the set's own cone in squares."""
     chance = np.random.default_rng(2)
@@ -122,7 +122,7 @@ def test_the_cone_holds_the_error_of_the_registration() -> None:
     assert made.cones_deg[0] == pytest.approx(math.hypot(own, math.sqrt(5.991)), rel=0.02)
 
 
-def test_the_preview_ends_where_nobody_can_decide_on_it(window, studio, panel) -> None:
+def test_preview_is_hidden_when_its_panel_is_not_shown(window, studio, panel) -> None:
     read(studio, [(90 + i % 2, 45) for i in range(12)])
     seen = []
     studio.sets_proposed.connect(seen.append)

@@ -28,7 +28,7 @@ def said(window) -> str:
 
 
 @pytest.mark.full
-def test_how_many_are_selected_is_said_and_whose_figures_are_shown(window, studio, beds):
+def test_panel_states_the_selection_count_and_the_feature_shown(window, studio, beds):
     studio.selection.set(["t1"])
     assert said(window) == ""
     studio.selection.set(["t1", "t3", "t2"])
@@ -38,7 +38,7 @@ def test_how_many_are_selected_is_said_and_whose_figures_are_shown(window, studi
     assert said(window) == ""
 
 
-def test_a_field_shows_what_is_shared_and_says_where_values_differ(window, studio, beds):
+def test_fields_show_common_values_and_mark_differing_ones(window, studio, beds):
     studio.selection.set(["t1", "t2", "t3"])
     assert beds["set_name"].text() == "upper"
     assert (beds["notes"].text(), beds["notes"].placeholderText()) == ("", SEVERAL)
@@ -54,7 +54,7 @@ def test_a_field_shows_what_is_shared_and_says_where_values_differ(window, studi
     assert beds["name"].isEnabled()
 
 
-def test_a_change_goes_to_all_and_is_one_step(window, studio, beds):
+def test_change_applies_to_all_selected_in_one_undo_step(window, studio, beds):
     studio.selection.set(["t1", "t2", "t3"])
     beds["notes"].setFocus()
     QTest.keyClicks(beds["notes"], "checked")
@@ -77,7 +77,7 @@ def test_a_change_goes_to_all_and_is_one_step(window, studio, beds):
 
 
 @pytest.mark.full
-def test_leaving_a_field_of_several_values_changes_nothing(window, studio, beds):
+def test_leaving_a_mixed_field_changes_nothing(window, studio, beds):
     studio.selection.set(["t1", "t2"])
     label = studio.undo_label
     beds["notes"].setFocus()
@@ -88,7 +88,7 @@ def test_leaving_a_field_of_several_values_changes_nothing(window, studio, beds)
 
 
 @pytest.mark.full
-def test_a_click_into_a_flag_of_several_values_sets_it_in_all(window, studio, beds):
+def test_click_on_a_mixed_flag_sets_it_for_all(window, studio, beds):
     studio.selection.set(["t1", "t2"])
     beds["overturned"].click()
     assert all(studio.records[i].overturned for i in ("t1", "t2"))

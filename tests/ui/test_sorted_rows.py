@@ -50,7 +50,7 @@ def chosen(table) -> set[str]:
 
 @pytest.mark.parametrize("order", first_in_default_tier([ASCENDING, DESCENDING], 1))
 @pytest.mark.parametrize("column", first_in_default_tier([0, DIP], 1))
-def test_order_and_filter_hold_through_every_kind_of_edit(table, studio, column, order):
+def test_order_and_filter_are_preserved_by_every_kind_of_edit(table, studio, column, order):
     tester = QAbstractItemModelTester(
         table._sorted_rows, QAbstractItemModelTester.FailureReportingMode.Fatal
     )
@@ -79,7 +79,7 @@ def test_a_feature_that_moves_in_the_order_stays_selected(table, studio):
     assert chosen(table) == {"t2", "t4"}
 
 
-def test_places_are_found_both_ways_and_what_is_not_shown_has_none(table, studio):
+def test_row_positions_map_both_ways_and_hidden_rows_have_no_position(table, studio):
     table._filter.setText("type:joint")
     rows = table._sorted_rows
     for place in range(table.model.rowCount()):
@@ -91,7 +91,7 @@ def test_places_are_found_both_ways_and_what_is_not_shown_has_none(table, studio
     assert not rows.mapToSource(QModelIndex()).isValid()
 
 
-def test_the_table_tells_small_changes_one_by_one(table, studio):
+def test_small_changes_do_not_reset_the_table(table, studio):
     """A view that begins anew forgets where it was scrolled to."""
     resets = []
     table._sorted_rows.modelReset.connect(lambda: resets.append(1))
@@ -102,11 +102,11 @@ def test_the_table_tells_small_changes_one_by_one(table, studio):
     assert not resets
 
 
-def test_the_columns_that_are_hidden_at_first_are_columns() -> None:
+def test_initially_hidden_columns_exist() -> None:
     assert set(DETAIL_COLUMNS) <= {column.title for column in COLUMNS}
 
 
-def test_the_columns_shown_at_first_state_an_error_once_and_end_with_the_longest(table) -> None:
+def test_default_columns_show_one_error_column_and_end_with_the_widest(table) -> None:
     view = table.view
     shown = [i for i in range(len(COLUMNS)) if not view.isColumnHidden(i)]
     assert "95 % error" not in [COLUMNS[i].title for i in shown]

@@ -12,9 +12,7 @@ from vomstudio.ui.base.command_targets import start_folder
 
 
 @pytest.mark.full
-def test_dialogs_begin_beside_what_was_open_last_but_not_in_the_program(
-    studio: Any, tmp_path: Path
-) -> None:
+def test_dialogs_start_in_the_last_folder_outside_the_program(studio: Any, tmp_path: Path) -> None:
     own = tmp_path / "fieldwork"
     own.mkdir()
     studio.settings.recent = [str(sample_model()), str(tmp_path / "gone" / "x.obj")]

@@ -11,7 +11,7 @@ from tests.tiers import first_in_default_tier
 
 @pytest.mark.parametrize("points", first_in_default_tier([9.0, 16.0]))
 @pytest.mark.parametrize("wide", first_in_default_tier([330, 440, 900]))
-def test_nothing_is_cut_at_the_side(window, qtbot, wide, points):
+def test_start_page_texts_are_not_truncated(window, qtbot, wide, points):
     page = window.start_page
     place = QWidget(window)
     place.resize(1000, 700)

@@ -34,7 +34,7 @@ def panel(window, studio):
 
 
 @pytest.mark.full
-def test_beds_that_come_to_a_panel_that_is_open_are_described(window, studio) -> None:
+def test_open_panel_describes_beds_added_later(window, studio) -> None:
     """The program may start with it; nobody has chosen the selection, which alone was there."""
     window.workspaces.switch("results")
     window.docks.bring_forward("statistics")
@@ -75,7 +75,7 @@ def test_each_set_has_its_own_verdict(panel) -> None:
 
 
 @pytest.mark.full
-def test_the_selection_is_followed_and_what_is_pooled_is_said(panel, studio) -> None:
+def test_statistics_follow_the_selection_and_state_pooled_types(panel, studio) -> None:
     assert shown_codes(choose(panel, "Selection")) == {"selection.unsuitable"}
     studio.selection.set(["r0", "r12", "r24"])
     driver.wait(lambda: "3 poles" in panel.figures.toPlainText(), "the selection")
@@ -87,13 +87,13 @@ def test_the_selection_is_followed_and_what_is_pooled_is_said(panel, studio) -> 
     assert "pooled" not in panel.figures.toPlainText()
 
 
-def test_the_figures_are_copied_as_text(panel) -> None:
+def test_statistics_are_copied_as_text(panel) -> None:
     panel.copy.click()
     assert "Verdict\t" in QGuiApplication.clipboard().text()
 
 
 @pytest.mark.full
-def test_what_is_deleted_leaves_the_list(panel, studio) -> None:
+def test_deleted_set_is_removed_from_the_list(panel, studio) -> None:
     studio.selection.set([f"r{i}" for i in range(12, 24)])
     assert studio.attempt(edits.delete, list(studio.selection.ids))
     driver.wait(lambda: panel.group_box.findText("Bedding: flank") < 0, "the list")

@@ -106,7 +106,7 @@ def around(net, azimuth: float) -> list[QPoint]:
     ]
 
 
-def test_a_lasso_selects_the_poles_inside_and_ctrl_adds_to_them(net, studio):
+def test_lasso_selects_the_poles_inside_and_ctrl_adds_to_the_selection(net, studio):
     lasso(net, around(net, 0))
     assert set(studio.selection.ids) == {"N0", "N1", "N2"}
     lasso(net, around(net, 90), CTRL)
@@ -117,7 +117,7 @@ def test_a_lasso_selects_the_poles_inside_and_ctrl_adds_to_them(net, studio):
     assert studio.selection.ids == ()
 
 
-def test_proposals_are_grey_poles_that_a_lasso_and_a_click_pick(window, net, studio):
+def test_proposed_poles_can_be_picked_by_lasso_and_click(window, net, studio):
     planes = (Plane(225.0, 45.0), Plane(229.0, 45.0), Plane(315.0, 45.0))
     features = set(net.printable_contents().sets)
     picked = []
@@ -147,7 +147,7 @@ def test_proposals_are_grey_poles_that_a_lasso_and_a_click_pick(window, net, stu
     assert not any(s.ids[0].startswith("proposal") for s in net.artists.contents.sets)
 
 
-def test_a_click_takes_one_pole_and_a_click_on_empty_net_clears(net, studio):
+def test_click_selects_a_pole_and_a_click_on_the_empty_net_clears(net, studio):
     QTest.mouseClick(net.canvas, LEFT, NONE, at(net, 0))
     assert studio.selection.ids == ("N0",)
     QTest.mouseClick(net.canvas, LEFT, CTRL, at(net, 180))
@@ -157,7 +157,7 @@ def test_a_click_takes_one_pole_and_a_click_on_empty_net_clears(net, studio):
     assert studio.selection.ids == ()
 
 
-def test_what_is_selected_elsewhere_is_emphasised_without_drawing_the_net_anew(net, studio):
+def test_external_selection_is_emphasised_without_redrawing_the_net(net, studio):
     before, artists = net.canvas.grab().toImage(), net.artists
     draws: list[object] = []
     artists.axes.figure.canvas.mpl_connect("draw_event", draws.append)
@@ -172,7 +172,7 @@ def test_what_is_selected_elsewhere_is_emphasised_without_drawing_the_net_anew(n
     assert net.canvas.grab().toImage() == before
 
 
-def test_sets_of_a_type_differ_in_their_symbols_and_share_its_colour(window, net, studio):
+def test_sets_of_a_type_share_its_colour_and_differ_in_symbol(window, net, studio):
     net.set_overlay(False)
     drawn(window)
     sets = net.contents().sets
@@ -190,7 +190,7 @@ def test_sets_of_a_type_differ_in_their_symbols_and_share_its_colour(window, net
     assert "Bedding: N (compass) (3)" in texts
 
 
-def test_picked_beds_of_all_sets_make_one_fold_axis_and_readings_none(net, window, studio):
+def test_fold_axis_uses_picked_beds_of_all_sets_but_not_readings(net, window, studio):
     assert net.contents().fold is None
     for i, dip in enumerate((0.5, 1.0, -0.7)):
         add_bed(studio, f"b{i}", dip=dip, set_name="upper" if i else "lower")
@@ -198,7 +198,7 @@ def test_picked_beds_of_all_sets_make_one_fold_axis_and_readings_none(net, windo
     assert net.contents().fold is not None
 
 
-def test_no_selected_circle_crosses_out_the_name_of_the_fold_axis(net, window, studio):
+def test_selected_circles_do_not_cross_the_fold_axis_label(net, window, studio):
     for i, dip in enumerate((0.5, 1.0, -0.7, -1.5)):
         add_bed(studio, f"b{i}", dip=dip)
     drawn(window)
@@ -228,7 +228,7 @@ def test_no_selected_circle_crosses_out_the_name_of_the_fold_axis(net, window, s
 
 
 @pytest.mark.full
-def test_great_circles_are_left_out_of_a_crowd_and_the_net_says_so(net, window, studio):
+def test_great_circles_of_many_planes_are_omitted_with_a_note(net, window, studio):
     net.set_overlay(False)
     drawn(window)
     assert any(len(a) for a in net.artists.arcs)
@@ -239,7 +239,7 @@ def test_great_circles_are_left_out_of_a_crowd_and_the_net_says_so(net, window, 
     assert any("not drawn" in t.get_text() for t in net.artists.axes.texts)
 
 
-def test_a_net_of_many_is_drawn_in_a_thread_and_is_the_same(net, window, studio, monkeypatch):
+def test_net_of_many_features_drawn_in_a_thread_is_identical(net, window, studio, monkeypatch):
     readings = [
         Reading(f"r{i}", f"r{i}", "joint", "plane", 0.61 * i, 20.0 + 0.1 * i) for i in range(500)
     ]
@@ -260,7 +260,7 @@ def test_a_net_of_many_is_drawn_in_a_thread_and_is_the_same(net, window, studio,
     assert net.canvas.grab().toImage() != shown
 
 
-def test_the_net_keeps_its_shape_until_it_is_drawn_for_another_size(net, window):
+def test_net_keeps_its_aspect_ratio_while_resizing(net, window):
     window.docks["stereonet"].setFloating(True)
     window.docks["stereonet"].resize(400, 420)
     driver.pause(120)
@@ -276,7 +276,7 @@ def test_the_net_keeps_its_shape_until_it_is_drawn_for_another_size(net, window)
 
 
 @pytest.mark.full
-def test_the_net_takes_the_colours_of_another_theme(net, window):
+def test_net_follows_the_theme_colours(net, window):
     def lightness() -> int:
         drawn(window)
         return net.canvas.grab().toImage().pixelColor(3, 3).lightness()
@@ -290,7 +290,7 @@ def test_the_net_takes_the_colours_of_another_theme(net, window):
         theme.use("system")
 
 
-def test_legend_and_net_do_not_meet_at_any_size_of_the_dock(net, window):
+def test_legend_does_not_overlap_the_net_at_any_dock_size(net, window):
     for width, height in ((230, 260), (330, 340), (330, 520), (700, 300)):
         window.docks["stereonet"].setFloating(True)
         window.docks["stereonet"].resize(width, height)
@@ -303,7 +303,7 @@ def test_legend_and_net_do_not_meet_at_any_size_of_the_dock(net, window):
     window.docks["stereonet"].setFloating(False)
 
 
-def test_a_hidden_net_is_not_drawn_until_it_comes_forward(net, window, studio):
+def test_hidden_net_is_not_drawn_until_shown(net, window, studio):
     window.docks.close_page("stereonet")
     driver.wait(lambda: net.canvas.visibleRegion().isEmpty(), "the net's end")
     artists = net.artists
@@ -314,7 +314,7 @@ def test_a_hidden_net_is_not_drawn_until_it_comes_forward(net, window, studio):
     driver.wait(lambda: net.artists is not artists, "the net's drawing")
 
 
-def test_contours_are_off_until_chosen_and_are_remembered(net, window, studio):
+def test_contours_are_off_by_default_and_remembered(net, window, studio):
     from matplotlib.contour import ContourSet
 
     def contours() -> list[ContourSet]:
@@ -377,7 +377,7 @@ def test_one_type_is_contoured_until_another_or_all_are_chosen(net, window, stud
     assert net.view_settings.contoured_type == ""
 
 
-def test_the_smoothness_of_contours_is_chosen_and_remembered(net, window, studio):
+def test_contour_smoothness_is_selected_and_remembered(net, window, studio):
     assert not net.contours.smoothness.isEnabled()
     net.contours.methods["exponential_kamb"].trigger()
     assert net.contours.smoothness.isEnabled()
@@ -389,7 +389,7 @@ def test_the_smoothness_of_contours_is_chosen_and_remembered(net, window, studio
     assert not net.contours.smoothness.isEnabled()
 
 
-def test_the_overlay_names_the_selection_where_no_label_of_the_net_is(net, window, studio):
+def test_overlay_selection_label_does_not_overlap_net_labels(net, window, studio):
     for i, dip in enumerate((0.5, 1.0, -0.7, -1.5)):
         add_bed(studio, f"b{i}", dip=dip)
     window.docks.bring_forward("stereonet")
@@ -427,7 +427,7 @@ def test_the_space_bar_opens_the_menu_of_contours(net, window):
 
 
 @pytest.mark.full
-def test_contours_of_many_are_drawn_by_the_thread_and_are_the_same(
+def test_contours_of_many_features_drawn_in_a_thread_are_identical(
     net, window, studio, monkeypatch
 ):
     readings = [
@@ -444,7 +444,7 @@ def test_contours_of_many_are_drawn_by_the_thread_and_are_the_same(
 
 
 @pytest.mark.full
-def test_the_figure_goes_to_the_clipboard_as_drawing_and_picture(net, window, studio):
+def test_figure_is_copied_as_svg_and_image(net, window, studio):
     window.actions_table.all["copy_net"].trigger()
     mime = QApplication.clipboard().mimeData()
     root = ElementTree.fromstring(bytes(mime.data("image/svg+xml").data()))
@@ -455,7 +455,7 @@ def test_the_figure_goes_to_the_clipboard_as_drawing_and_picture(net, window, st
 
 # --- export ----------------------------------------------------------------------------------
 @pytest.mark.full
-def test_the_exported_figure_opens_again_and_names_what_it_is(net, window, studio, tmp_path):
+def test_exported_figure_is_readable_and_describes_its_contents(net, window, studio, tmp_path):
     studio.save_as(tmp_path / "cliff.vom")
     studio.selection.set(["N0"])
     for ending in ("svg", "pdf", "png"):
@@ -477,7 +477,7 @@ def test_the_exported_figure_opens_again_and_names_what_it_is(net, window, studi
         assert picture.convert("RGB").getpixel((3, 3)) == (255, 255, 255)
 
 
-def test_a_target_that_cannot_be_written_is_said_and_leaves_nothing(net, window, studio, tmp_path):
+def test_unwritable_export_target_is_reported_and_leaves_no_file(net, window, studio, tmp_path):
     export_net(studio, window.net, tmp_path / "missing" / "net.svg")
     assert "missing" in studio.notices[-1].text
     assert studio.notices[-1].level == "error"
@@ -488,7 +488,7 @@ def test_a_target_that_cannot_be_written_is_said_and_leaves_nothing(net, window,
 
 
 @pytest.mark.full
-def test_north_is_not_drawn_where_nobody_knows_it(net, window, studio, tmp_path):
+def test_north_is_not_drawn_if_unknown(net, window, studio, tmp_path):
     """A model without north has a y axis; compass readings know theirs."""
     undeclared = Model("m2", "rock", "rock.obj", "mesh", "1" * 64, Frame("undeclared"))
     assert studio.attempt(edits.add_model, undeclared)

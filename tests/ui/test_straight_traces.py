@@ -45,7 +45,7 @@ def beds(window, studio):
 
 
 @pytest.mark.full
-def test_a_straight_trace_shows_its_band_and_the_sets_that_fit(beds, studio):
+def test_straight_trace_shows_its_band_and_the_compatible_sets(beds, studio):
     studio.selection.set(["t1"])
     QApplication.processEvents()
     (band,) = beds.net.contents().ellipses
@@ -63,7 +63,7 @@ def test_a_straight_trace_shows_its_band_and_the_sets_that_fit(beds, studio):
     driver.keep_picture(beds, "straight_trace")
 
 
-def test_a_reading_has_an_ellipse_or_nothing_and_no_band(beds, studio):
+def test_reading_has_no_band(beds, studio):
     studio.selection.set(["r1"])
     QApplication.processEvents()
     assert not any(isinstance(e, NetBand) for e in beds.net.contents().ellipses)
@@ -71,7 +71,7 @@ def test_a_reading_has_an_ellipse_or_nothing_and_no_band(beds, studio):
 
 
 @pytest.mark.full
-def test_a_bed_that_bends_keeps_its_ellipse(beds, studio):
+def test_curved_trace_keeps_its_ellipse(beds, studio):
     add_bed(studio, "t3")
     studio.selection.set(["t3"])
     QApplication.processEvents()
@@ -79,7 +79,7 @@ def test_a_bed_that_bends_keeps_its_ellipse(beds, studio):
     assert isinstance(ellipse, NetEllipse)
 
 
-def test_two_straight_traces_that_cross_give_their_plane(beds, studio):
+def test_two_crossing_straight_traces_give_their_plane(beds, studio):
     studio.selection.set(["t1", "t2"])
     QApplication.processEvents()
     said = beds.properties._relation_label.text()

@@ -42,7 +42,7 @@ def test_only_beds_can_be_overturned(window, studio):
     assert may_be_overturned(replace(joint, type_id="my own type"))
 
 
-def test_planes_have_types_of_planes_and_lines_of_lines(window, studio):
+def test_planes_are_offered_plane_types_and_lines_line_types(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1")
     line = add_line(studio)
@@ -55,7 +55,7 @@ def test_planes_have_types_of_planes_and_lines_of_lines(window, studio):
     assert offered(box) == {kind.id for kind in types}
 
 
-def test_a_type_that_does_not_suit_is_refused(window, studio):
+def test_type_of_another_geometry_is_rejected(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1")
     line = add_line(studio)

@@ -76,7 +76,7 @@ def buttons(window, *names: str) -> list[QToolButton]:
 
 
 @pytest.mark.full
-def test_what_is_switched_on_is_plain_and_its_words_are_read(window, studio, shown):
+def test_checked_buttons_are_distinct_and_readable(window, studio, shown):
     on = buttons(window, "navigate", "workspace_interpret")
     off = buttons(window, "workspace_model", "workspace_results")
     assert len(on) == len(off) == 2
@@ -91,7 +91,7 @@ def test_what_is_switched_on_is_plain_and_its_words_are_read(window, studio, sho
             assert max(contrast(p, back) for row in pixels for p in row) >= 4.5
 
 
-def test_words_and_icons_can_be_read_on_every_ground(window, shown):
+def test_text_and_icons_are_readable_on_every_background(window, shown):
     palette = QApplication.palette()
     role = QPalette.ColorRole
     for words, ground in (
@@ -115,7 +115,7 @@ def test_words_and_icons_can_be_read_on_every_ground(window, shown):
     assert contrast(most(drawn), palette.color(role.Window).getRgb()[:3]) >= 4.5
 
 
-def test_the_theme_is_kept_and_marked_in_its_menu(window, studio, shown):
+def test_theme_is_saved_and_checked_in_its_menu(window, studio, shown):
     assert theme.is_dark() == (shown == "dark")
     assert read_settings()[0].theme == shown
     ticked = [n for n in ("system", *THEMES) if window.actions_table.all[f"theme_{n}"].isChecked()]
@@ -123,7 +123,7 @@ def test_the_theme_is_kept_and_marked_in_its_menu(window, studio, shown):
 
 
 @pytest.mark.full
-def test_icons_of_a_window_follow_a_theme_that_is_chosen_later(window, studio):
+def test_window_icons_follow_a_theme_change(window, studio):
     add_cliff(studio)
     driver.pause(50)
     (button,) = buttons(window, "navigate")
@@ -154,7 +154,7 @@ def frame_and_ground(widget: QWidget, box: QRect) -> float:
 
 
 @pytest.mark.full
-def test_boxes_that_are_not_ticked_are_seen(window, studio, shown):
+def test_unchecked_boxes_are_visible(window, studio, shown):
     add_bed(studio)
     studio.selection.set([])
     studio.set_visible(["t1"], False)
@@ -184,7 +184,7 @@ def test_boxes_that_are_not_ticked_are_seen(window, studio, shown):
 
 
 @pytest.mark.usefixtures("qapp")
-def test_standard_buttons_have_no_icons_that_are_dark_in_both_themes() -> None:
+def test_standard_buttons_have_no_icons() -> None:
     theme.use("dark")
     kinds = QDialogButtonBox.StandardButton
     box = QDialogButtonBox(kinds.Ok | kinds.Cancel | kinds.Close | kinds.Save)
@@ -194,7 +194,7 @@ def test_standard_buttons_have_no_icons_that_are_dark_in_both_themes() -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("name", ["light", "dark"])
-def test_the_button_that_enter_presses_has_the_accent_colour(qtbot, name) -> None:
+def test_default_button_has_the_accent_colour(qtbot, name) -> None:
     theme.use(name)
     dialog = QDialog()
     qtbot.addWidget(dialog)

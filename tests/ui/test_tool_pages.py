@@ -67,7 +67,7 @@ def test_every_tool_page_has_few_controls(window, cliff):
 
 
 @pytest.mark.full
-def test_the_states_of_a_page_with_most_controls_have_few_too(window, cliff):
+def test_page_states_with_the_most_controls_stay_within_the_limit(window, cliff):
     cliff.activate("select")
     cliff.get_tool(SelectTool).set_target("surface")
     assert len(controls(page_of(window))) <= MAX_CONTROLS, controls(page_of(window))

@@ -11,7 +11,7 @@ from vomstudio.project.records import FeatureType
 
 
 @pytest.mark.parametrize("tool", first_in_default_tier(["trace", "plane", "contact"]))
-def test_a_key_chooses_the_type_of_the_active_tool(window, studio, tool):
+def test_number_key_selects_the_type_of_the_active_tool(window, studio, tool):
     add_cliff(studio)
     studio.activate(tool)
     types = studio.session.of(FeatureType)

@@ -36,7 +36,7 @@ def number_fields(dock: QDockWidget) -> list[QDoubleSpinBox]:
 
 
 @pytest.mark.parametrize("dock", first_in_default_tier(DOCKS))
-def test_another_project_begins_with_empty_fields(window, studio, dock, tmp_path) -> None:
+def test_new_project_starts_with_empty_fields(window, studio, dock, tmp_path) -> None:
     add_cliff(studio)
     window.docks.bring_forward(dock)
     fields = typed_fields(window.docks[dock])
@@ -60,7 +60,7 @@ def test_another_project_begins_with_empty_fields(window, studio, dock, tmp_path
     assert {number.objectName(): number.value() for number in numbers} == defaults
 
 
-def test_ticks_stand_apart() -> None:
+def test_ticks_keep_a_minimum_distance() -> None:
     ticks = np.arange(-6, 7) * 2.0
     assert thin_ticks(ticks, 1.0) == ticks.tolist()
     thinned = thin_ticks(ticks, 4.5)

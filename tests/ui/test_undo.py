@@ -75,7 +75,7 @@ def test_undo_and_redo_name_the_edit_in_menu_and_status_line(window, cliff):
 
 
 @pytest.mark.full
-def test_a_measurement_is_named_as_what_it_is(window, cliff):
+def test_undo_names_a_measurement_by_its_kind(window, cliff):
     cliff.activate("measure")
     for point in ZIGZAG[:2]:
         click(cliff, point)
@@ -83,7 +83,7 @@ def test_a_measurement_is_named_as_what_it_is(window, cliff):
     assert steps(window)[1] == "Distance D01"
 
 
-def test_an_ampersand_in_a_name_is_no_key_of_the_menu(window, cliff):
+def test_ampersand_in_a_name_is_escaped_in_the_menu(window, cliff):
     add_bed(cliff, "t1", name="Smith & Sons")
     action = window.actions_table.all["undo"]
     assert steps(window)[0].endswith("Smith && Sons")
@@ -92,7 +92,7 @@ def test_an_ampersand_in_a_name_is_no_key_of_the_menu(window, cliff):
 
 
 @pytest.mark.full
-def test_points_of_an_open_trace_are_named(window, cliff):
+def test_undo_names_the_points_of_an_open_trace(window, cliff):
     cliff.activate("trace")
     for point in ZIGZAG[:4]:
         click(cliff, point)
@@ -105,7 +105,7 @@ def test_points_of_an_open_trace_are_named(window, cliff):
     assert tool.vertices == ZIGZAG[:3]
 
 
-def test_nothing_is_said_where_nothing_can_be_undone(window, studio):
+def test_undo_without_a_step_shows_no_message(window, studio):
     said = []
     studio.notice.connect(said.append)
     studio.undo()
@@ -127,7 +127,7 @@ def test_nothing_is_said_where_nothing_can_be_undone(window, studio):
         ]
     ),
 )
-def test_undo_right_after_esc_brings_the_open_picks_back(window, cliff, name, noun):
+def test_undo_after_esc_restores_the_open_picks(window, cliff, name, noun):
     cliff.activate(name)
     if name == "measure":
         cliff.tool.choose(kind="polyline")
@@ -155,7 +155,7 @@ def test_undo_right_after_esc_brings_the_open_picks_back(window, cliff, name, no
 
 
 @pytest.mark.full
-def test_a_discarded_trace_lies_between_the_edits_before_and_after(window, cliff):
+def test_discarded_trace_is_an_undo_step_between_edits(window, cliff):
     add_bed(cliff, "t1")
     cliff.activate("trace")
     for point in ZIGZAG[:3]:
@@ -174,7 +174,7 @@ def test_a_discarded_trace_lies_between_the_edits_before_and_after(window, cliff
 
 
 @pytest.mark.full
-def test_undoing_the_only_point_does_not_bring_it_back_again(window, cliff):
+def test_undoing_the_only_point_does_not_restore_it(window, cliff):
     opened, _ = steps(window)
     cliff.activate("trace")
     click(cliff, ZIGZAG[0])
@@ -185,7 +185,7 @@ def test_undoing_the_only_point_does_not_bring_it_back_again(window, cliff):
     assert steps(window) == ("Point 1", "")
 
 
-def test_the_only_point_comes_back_after_it_was_deleted(window, cliff):
+def test_undo_restores_the_only_point_after_its_deletion(window, cliff):
     cliff.activate("trace")
     click(cliff, ZIGZAG[0])
     cliff.tool.delete_vertex(0)
@@ -193,7 +193,7 @@ def test_the_only_point_comes_back_after_it_was_deleted(window, cliff):
     assert cliff.tool.vertices == ZIGZAG[:1]
 
 
-def test_a_continued_trace_comes_back_as_continued(window, cliff):
+def test_discarded_continued_trace_is_restored_as_continued(window, cliff):
     bed = add_bed(cliff, "t1")
     cliff.activate("trace")
     cliff.tool.continue_feature("t1")
@@ -218,7 +218,7 @@ def test_undo_ends_continuing_before_it_reaches_the_feature_itself(window, cliff
 
 
 @pytest.mark.full
-def test_esc_discards_nothing_of_a_continued_trace_that_was_not_changed(window, cliff):
+def test_esc_on_an_unchanged_continued_trace_adds_no_undo_step(window, cliff):
     add_bed(cliff, "t1")
     cliff.activate("trace")
     cliff.tool.continue_feature("t1")
@@ -227,7 +227,7 @@ def test_esc_discards_nothing_of_a_continued_trace_that_was_not_changed(window, 
 
 
 @pytest.mark.full
-def test_the_tool_comes_back_with_its_feature(window, cliff):
+def test_undo_restores_the_tool_with_its_feature(window, cliff):
     cliff.activate("line")
     for point in ZIGZAG[:2]:
         click(cliff, point)
@@ -239,7 +239,7 @@ def test_the_tool_comes_back_with_its_feature(window, cliff):
 
 
 @pytest.mark.full
-def test_another_project_knows_nothing_of_what_was_discarded(window, cliff):
+def test_new_project_clears_discarded_features(window, cliff):
     cliff.activate("trace")
     click(cliff, ZIGZAG[0])
     run(window, "cancel")
@@ -251,7 +251,7 @@ def test_another_project_knows_nothing_of_what_was_discarded(window, cliff):
 
 # --- planes ----------------------------------------------------------------------------------
 @pytest.mark.full
-def test_undo_after_esc_brings_the_plane_back_into_the_brush(window, cliff):
+def test_undo_after_esc_restores_the_painted_plane(window, cliff):
     cliff.activate("plane")
     tool = cliff.get_tool(PlaneTool)
     tool.set_radius(0.3)
@@ -269,7 +269,7 @@ def test_undo_after_esc_brings_the_plane_back_into_the_brush(window, cliff):
     assert run(window, "undo") == ("edit.undone", f"Patch {patch.name}")
 
 
-def test_a_stroke_that_esc_discarded_is_painted_by_undo(window, cliff):
+def test_undo_restores_a_stroke_discarded_by_esc(window, cliff):
     cliff.activate("plane")
     tool = cliff.get_tool(PlaneTool)
     tool.set_radius(0.3)
@@ -286,7 +286,7 @@ def test_a_stroke_that_esc_discarded_is_painted_by_undo(window, cliff):
 
 
 @pytest.mark.full
-def test_what_was_undone_does_not_hide_what_the_next_click_does(window, cliff):
+def test_undo_message_gives_way_to_the_tool_hint(window, cliff):
     add_bed(cliff)
     assert run(window, "undo")[0] == "edit.undone"
     cliff.activate("trace")

@@ -40,7 +40,7 @@ def said(window, dock: str) -> str:
 
 
 @pytest.mark.parametrize("dock", first_in_default_tier(DOCKS))
-def test_no_panel_speaks_of_metres_where_the_scale_is_unknown(window, studio, dock) -> None:
+def test_no_panel_uses_metres_if_the_scale_is_unknown(window, studio, dock) -> None:
     add_cliff(studio, Frame("undeclared"))
     window.docks.bring_forward(dock)
     assert not METRES.search(said(window, dock)), said(window, dock)
@@ -53,7 +53,7 @@ def test_no_panel_speaks_of_metres_where_the_scale_is_unknown(window, studio, do
     assert "units" in said(window, dock)
 
 
-def test_displacement_is_told_in_units_of_the_model(window, studio) -> None:
+def test_displacement_is_shown_in_model_units(window, studio) -> None:
     add_cliff(studio, Frame("undeclared"))
     steep = tuple((0.02 * z + 0.01 * y, x, 3.0 * y + z) for x, y, z in ZIGZAG)
     add_bed(studio, "f1", "F", vertices=steep, type_id="fault")
@@ -73,7 +73,7 @@ def test_displacement_is_told_in_units_of_the_model(window, studio) -> None:
 
 
 @pytest.mark.full
-def test_points_that_are_taken_do_not_make_their_misfit_a_known_error(window, studio) -> None:
+def test_misfit_of_copied_points_is_not_treated_as_a_known_error(window, studio) -> None:
     """The misfit of a few points is known as well as so few can tell it: Student and Fisher."""
     add_cliff(studio)
     five = ((0, 0, 0), (2, 0.3, 0.1), (4, 0, -0.1), (6, 0.4, 0.1), (8, 0.1, 0.0))

@@ -49,7 +49,7 @@ def project(tmp_path: Path) -> Path:
 
 
 @pytest.mark.full
-def test_every_record_is_shown_as_words(project: Path, qtbot) -> None:  # type: ignore[no-untyped-def]
+def test_record_names_are_shown_as_plain_text(project: Path, qtbot) -> None:  # type: ignore[no-untyped-def]
     window = make_window([project])
     try:
         wait(lambda: window.studio.session.of(Feature), "the features")
@@ -104,7 +104,7 @@ def test_labels_are_made_by_one_class() -> None:
     assert made == []
 
 
-def test_words_stay_what_they_are(qtbot) -> None:  # type: ignore[no-untyped-def]
+def test_markup_in_names_is_escaped(qtbot) -> None:  # type: ignore[no-untyped-def]
     name = '<img src="/dev/zero">'
     label = Label(name)
     qtbot.addWidget(label)

@@ -111,7 +111,7 @@ def test_each_key_shows_its_workspace(window):
         assert pressed == [NAMES[number - 1]]
 
 
-def test_a_key_works_while_a_text_is_edited_and_the_text_stays(window, studio):
+def test_workspace_key_works_while_editing_text(window, studio):
     add_cliff(studio)
     add_bed(studio)
     window.docks.bring_forward("table")
@@ -132,7 +132,7 @@ def test_a_button_of_the_bar_shows_its_workspace(window):
         assert button.isChecked()
 
 
-def test_switching_changes_neither_records_nor_selection_nor_undo(window, studio):
+def test_switching_keeps_records_selection_and_undo_history(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1")
     add_bed(studio, "t2")
@@ -149,7 +149,7 @@ def test_switching_changes_neither_records_nor_selection_nor_undo(window, studio
 
 
 # --- tools ----------------------------------------------------------------------------------
-def test_tools_of_a_task_are_in_the_rail_only_then(window, studio):
+def test_task_tools_are_in_the_rail_only_during_their_task(window, studio):
     add_cliff(studio)
     press(window, 2)
     assert offered_tools(window) == set(GENERAL_TOOLS)
@@ -188,7 +188,7 @@ def test_the_rail_shows_all_tools_of_a_task_in_a_low_window(window, studio, heig
 
 
 # --- inspector ------------------------------------------------------------------------------
-def test_the_inspector_follows_the_work(window, studio):
+def test_inspector_follows_the_tool_and_the_selection(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1")
     move_cursor(window)
@@ -207,7 +207,7 @@ def test_the_inspector_follows_the_work(window, studio):
     assert page("inspector") == "project"
 
 
-def test_the_inspector_stays_while_the_user_works_in_it(window, studio):
+def test_inspector_does_not_switch_while_the_user_works_in_it(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1")
     QCursor.setPos(window.docks["project"].mapToGlobal(QPoint(40, 200)))
@@ -242,7 +242,7 @@ def test_the_drawer_shows_one_page_at_a_time_and_closes(window):
     assert not window.drawer_bar.buttons["statistics"].isChecked()
 
 
-def test_a_page_that_the_workspace_does_not_offer_has_a_button_while_it_is_open(window):
+def test_page_from_another_workspace_has_a_button_while_open(window):
     press(window, 2)
     assert not window.drawer_bar.buttons["jobs"].isVisible()
     window.docks.bring_forward("jobs")
@@ -269,7 +269,7 @@ def test_every_page_can_be_shown_in_every_workspace(window, studio):
 
 # --- the centre -----------------------------------------------------------------------------
 @pytest.mark.parametrize("name", ["table", "stereonet", "properties"])
-def test_a_page_takes_the_centre_with_a_key_and_goes_back_with_it(window, studio, name):
+def test_page_can_be_moved_to_the_centre_and_back(window, studio, name):
     add_cliff(studio)
     window.docks.bring_forward(name)
     driver.pause(100)
@@ -291,7 +291,7 @@ def test_a_page_takes_the_centre_with_a_key_and_goes_back_with_it(window, studio
     assert page.size() == size
 
 
-def test_the_key_enlarges_the_page_with_the_focus(window, studio):
+def test_f12_enlarges_the_focused_page(window, studio):
     add_cliff(studio)
     window.docks.bring_forward("table")
     window.table._filter.setFocus()
@@ -304,7 +304,7 @@ def test_the_key_enlarges_the_page_with_the_focus(window, studio):
     assert window.docks.center_page == "stereonet"
 
 
-def test_the_net_can_be_docked_and_goes_back(window, studio):
+def test_net_can_be_docked_and_undocked(window, studio):
     add_cliff(studio)
     run = window.actions_table.run
     run("dock_net")
@@ -354,7 +354,7 @@ def test_photos_take_the_centre_while_no_model_is_open(window, tmp_path):
     assert window.photos_panel.height() >= 0.7 * window.height()
 
 
-def test_a_message_is_read_although_photos_have_the_centre(window, studio, tmp_path):
+def test_message_is_visible_while_photos_are_in_the_centre(window, studio, tmp_path):
     (tmp_path / "photos").mkdir()
     window.open_path(tmp_path / "photos")
     message = "The disk is full."
@@ -365,7 +365,7 @@ def test_a_message_is_read_although_photos_have_the_centre(window, studio, tmp_p
     assert bar.visibleRegion().boundingRect().height() >= bar.sizeHint().height()
 
 
-def test_a_message_and_the_net_do_not_cover_each_other(window, studio):
+def test_message_and_net_do_not_overlap(window, studio):
     add_cliff(studio)
     net, bar = window.net_overlay, window.message_bar
     resize(window, 1280, 720)
@@ -377,7 +377,7 @@ def test_a_message_and_the_net_do_not_cover_each_other(window, studio):
     assert net.geometry() == place, "the net does not jump"
 
 
-def test_photos_leave_the_outcrop_its_place_while_a_model_is_open(window, studio, tmp_path):
+def test_photos_open_in_the_drawer_while_a_model_is_open(window, studio, tmp_path):
     add_cliff(studio)
     (tmp_path / "photos").mkdir()
     window.open_path(tmp_path / "photos")
@@ -387,7 +387,7 @@ def test_photos_leave_the_outcrop_its_place_while_a_model_is_open(window, studio
     assert window.centralWidget().height() > 0.4 * window.height()
 
 
-def test_opening_a_model_leaves_photos_and_nothing_else(window, tmp_path):
+def test_opening_a_model_switches_workspace_only_from_photos(window, tmp_path):
     (tmp_path / "photos").mkdir()
     window.open_path(tmp_path / "photos")
     window.open_path(tmp_path / "missing.obj")
@@ -419,7 +419,7 @@ def test_a_workspace_states_its_purpose_until_it_has_something_to_show(window, s
 
 
 # --- remembering ----------------------------------------------------------------------------
-def test_each_workspace_keeps_its_pages_and_all_share_sizes(window):
+def test_workspaces_keep_their_pages_and_share_sizes(window):
     resize(window, 1400, 900)
     press(window, 2)
     window.docks.bring_forward("table")
@@ -438,7 +438,7 @@ def test_each_workspace_keeps_its_pages_and_all_share_sizes(window):
     assert set(docked(window)) == {"statistics", "project"}
 
 
-def test_the_layout_is_reset(window):
+def test_reset_restores_the_default_layout(window):
     resize(window, 1400, 900)
     press(window, 2)
     first = docked(window)
@@ -455,7 +455,7 @@ def test_the_layout_is_reset(window):
     assert window.docks.is_shown("stereonet")
 
 
-def test_all_panels_are_hidden_and_come_back_with_a_key_of_a_workspace_too(window):
+def test_hidden_panels_reappear_with_a_workspace_key(window):
     window.docks.bring_forward("table")
     before = set(docked(window))
     QTest.keyClick(window, Qt.Key.Key_F9)
@@ -470,7 +470,7 @@ def test_all_panels_are_hidden_and_come_back_with_a_key_of_a_workspace_too(windo
     assert list(docked(window)) == ["project"]
 
 
-def test_what_was_arranged_is_there_after_a_crash(window):
+def test_layout_is_restored_after_a_crash(window):
     """The first window is not closed: the second finds what was stored before."""
     resize(window, 1300, 850)
     press(window, 3)
@@ -497,7 +497,7 @@ def test_what_was_arranged_is_there_after_a_crash(window):
 @pytest.mark.parametrize(
     "text", first_in_default_tier(["", "AAAA", "not base64 \N{SNOWMAN}", "////"])
 )
-def test_damaged_arrangements_are_left_out(own_folders, qtbot, text):
+def test_damaged_layouts_are_ignored(own_folders, qtbot, text):
     settings = read_settings()[0]
     keys = ("geometry", "docks", "pages interpret", "workspace", "net", "net place")
     settings.window = dict.fromkeys(keys, text)
@@ -512,7 +512,7 @@ def test_damaged_arrangements_are_left_out(own_folders, qtbot, text):
 
 
 # --- screens --------------------------------------------------------------------------------
-def test_a_window_comes_back_from_a_screen_that_is_gone(qtbot):
+def test_window_returns_from_a_disconnected_screen(qtbot):
     there_once = QMainWindow()
     qtbot.addWidget(there_once)
     there_once.show()
@@ -529,7 +529,7 @@ def test_a_window_comes_back_from_a_screen_that_is_gone(qtbot):
     assert screen.intersected(window.frameGeometry()).height() > 400
 
 
-def test_a_window_fits_a_screen_that_has_shrunk(window):
+def test_window_is_shrunk_to_fit_a_smaller_screen(window):
     screen = QGuiApplication.primaryScreen()
     area = screen.availableVirtualGeometry()
     window.resize(area.width() + 500, area.height() + 300)
@@ -545,7 +545,7 @@ def test_a_window_fits_a_screen_that_has_shrunk(window):
     assert window.geometry() == before
 
 
-def test_a_floating_dock_comes_back_from_a_screen_that_is_gone(window):
+def test_floating_dock_returns_from_a_disconnected_screen(window):
     dock = window.docks["display"]
     dock.show()
     dock.setFloating(True)
@@ -562,7 +562,7 @@ def test_a_floating_dock_comes_back_from_a_screen_that_is_gone(window):
     ("width", "height"),
     first_in_default_tier([(960, 508), (1100, 620), (1280, 688), (1920, 1040)], 1),
 )
-def test_nothing_is_cut_off_and_the_outcrop_has_room_in_any_window(window, studio, width, height):
+def test_pages_are_complete_and_the_outcrop_is_large_in_any_window(window, studio, width, height):
     add_cliff(studio)
     add_bed(studio)
     window.setMinimumSize(1, 1)
@@ -630,7 +630,7 @@ def test_a_first_start_fits_the_screen_at_any_scale(own_folders, monkeypatch, lo
 
 
 # --- the panel of the active tool -----------------------------------------------------------
-def test_one_dock_follows_the_tool(window, studio):
+def test_tool_dock_follows_the_active_tool(window, studio):
     add_cliff(studio)
     dock, panel = window.docks["tool"], window.tool_panel
     assert not {entry.name for entry in TOOLS} & set(window.docks)
@@ -663,7 +663,7 @@ def test_an_open_line_keeps_its_panel_while_navigating(window, studio):
     assert dock.windowTitle() == "Tool"
 
 
-def test_choosing_a_tool_brings_its_settings_in_any_workspace(window, studio):
+def test_selecting_a_tool_shows_its_settings_in_any_workspace(window, studio):
     add_cliff(studio)
     for number in (1, 2, 3):
         press(window, number)
@@ -675,7 +675,7 @@ def test_choosing_a_tool_brings_its_settings_in_any_workspace(window, studio):
         assert driver.tool_panel(window, TracePanel).isVisible()
 
 
-def test_a_tool_that_is_chosen_beside_a_page_in_the_centre_goes_to_the_outcrop(window, studio):
+def test_selecting_a_tool_returns_the_centre_to_the_outcrop(window, studio):
     add_cliff(studio)
     window.docks.move_to_center("table")
     studio.activate("trace")
@@ -683,7 +683,7 @@ def test_a_tool_that_is_chosen_beside_a_page_in_the_centre_goes_to_the_outcrop(w
     assert window.centralWidget().shows_outcrop
 
 
-def test_keys_of_workspaces_work_in_a_floating_page(window):
+def test_workspace_keys_work_in_a_floating_page(window):
     dock = window.docks["table"]
     dock.show()
     dock.setFloating(True)
@@ -696,7 +696,7 @@ def test_keys_of_workspaces_work_in_a_floating_page(window):
     assert dock.isFloating(), "what the user arranged stays"
 
 
-def test_an_arrangement_without_a_panel_that_came_since_gives_way(qtbot):
+def test_layout_that_lacks_a_new_panel_is_not_restored(qtbot):
     """Kept by a version with fewer panels, it would hide the new one for good."""
     from vomstudio.ui.shell.docks import WindowDocks
 

@@ -45,7 +45,7 @@ def mistake(words: str = "no such thing") -> ValueError:
 
 
 @pytest.mark.expects_log
-def test_a_mistake_that_happens_over_and_over_is_told_of_once(collector, clock, heard):
+def test_frequent_error_is_reported_once(collector, clock, heard):
     for _ in range(500):
         collector.report(mistake())
         clock.now += 0.02
@@ -53,9 +53,7 @@ def test_a_mistake_that_happens_over_and_over_is_told_of_once(collector, clock, 
 
 
 @pytest.mark.expects_log
-def test_a_mistake_that_comes_back_after_a_pause_is_told_of_with_its_number(
-    collector, clock, heard
-):
+def test_error_recurring_after_pause_is_reported_with_count(collector, clock, heard):
     for _ in range(4):
         collector.report(mistake())
     clock.now += MIN_REPEAT_INTERVAL_S + 0.1
@@ -66,7 +64,7 @@ def test_a_mistake_that_comes_back_after_a_pause_is_told_of_with_its_number(
 
 
 @pytest.mark.expects_log
-def test_the_log_has_the_trace_once_and_then_only_numbers(collector, caplog):
+def test_log_contains_traceback_once_and_counts_after(collector, caplog):
     detail = "secret of the trace"
     with caplog.at_level(logging.ERROR):
         for _ in range(100):
@@ -79,7 +77,7 @@ def test_the_log_has_the_trace_once_and_then_only_numbers(collector, caplog):
 
 
 @pytest.mark.expects_log
-def test_a_mistake_of_the_one_who_tells_does_not_go_round(collector, heard):
+def test_error_in_listener_does_not_recurse(collector, heard):
     def tell(failure: Failure) -> None:
         heard.append(failure)
         collector.report(mistake("while telling"))
@@ -94,7 +92,7 @@ def test_a_mistake_of_the_one_who_tells_does_not_go_round(collector, heard):
 
 
 @pytest.mark.expects_log
-def test_an_error_that_cannot_be_put_into_words_is_told_of(collector, heard):
+def test_error_without_text_is_reported(collector, heard):
     class Wordless(Exception):
         def __str__(self) -> str:
             raise RuntimeError("no words")
@@ -113,7 +111,7 @@ def test_an_error_that_cannot_be_put_into_words_is_told_of(collector, heard):
         (mistake(), "program.internal-error", "ValueError in test_error_collector.py"),
     ],
 )
-def test_the_failure_states_what_is_known(collector, heard, error, code, words):
+def test_failure_has_code_and_details(collector, heard, error, code, words):
     collector.report(error)
     assert heard[0].finding.code == code
     assert words in heard[0].finding.message

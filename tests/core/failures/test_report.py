@@ -24,7 +24,7 @@ def logging_on(own_folders):
     log.stop()
 
 
-def test_paths_keep_their_ending_and_nothing_else():
+def test_redacted_paths_keep_only_their_extension():
     home = str(Path.home())
     text = redact(f"'{home}/Val Camonica/cliff 12.obj' /media/anna/disk 1/a.jpg: no")
     assert "Camonica" not in text
@@ -42,13 +42,13 @@ def test_paths_keep_their_ending_and_nothing_else():
         r"\\server\anna\a.las",
     ],
 )
-def test_paths_of_windows_go_as_well(text):
+def test_windows_paths_are_redacted(text):
     left = redact(text)
     assert "anna" not in left
     assert "cliff" not in left
 
 
-def test_the_program_s_own_files_stay_readable():
+def test_paths_of_program_files_stay_readable():
     import numpy
 
     from vomstudio.ui.base import studio
@@ -62,18 +62,18 @@ def test_the_program_s_own_files_stay_readable():
     ]
 
 
-def test_coordinates_go_and_versions_stay():
+def test_coordinates_are_redacted_but_not_versions():
     text = redact("(432100.25, 5123456, -12.5) [1. 2.5e3] numpy 2.3.4, line 812, 2026-02-03")
     assert text == "(#, #, #) [# #] numpy 2.3.4, line 812, 2026-02-03"
 
 
-def test_names_that_the_user_gave_go():
+def test_user_given_names_are_redacted():
     text = "Upper Cliff has no fit, nor has Upper"
     left = redact(text, ["Upper", "Upper Cliff"])
     assert left.split("…") == ["", *re.findall(" has no fit, nor has ", text), ""]
 
 
-def test_names_of_files_go_without_a_path_too():
+def test_file_names_without_path_are_redacted():
     assert redact("anna_west.LAZ and error.py") == "….LAZ and error.py"
 
 
@@ -81,7 +81,7 @@ def row(kind: str = "do", label: str = "", before=None, after=None) -> JournalRo
     return JournalRow(7, kind, None, label, before, after, "2026-02-03T10:00:00", "1", {"s": 1})
 
 
-def test_the_outline_tells_kinds_and_fields_but_no_value():
+def test_outline_lists_kinds_and_fields_without_values():
     trace = {
         "record": "trace",
         "name": "Anna's bed",
@@ -107,14 +107,14 @@ def test_the_outline_tells_kinds_and_fields_but_no_value():
     assert lines[3].endswith("vertices 1")
 
 
-def test_a_damaged_row_is_outlined_all_the_same():
+def test_damaged_row_is_outlined():
     (line,) = outline([row(before=[1], after={"t": "nonsense", "u": {"record": "a name!"}})])
     assert "nothing" in line
     assert "a name" not in line
 
 
 @pytest.mark.expects_log
-def test_a_part_that_cannot_be_had_is_named_and_the_rest_is_there(logging_on):
+def test_failed_section_is_reported_and_others_are_included(logging_on):
     def broken():
         raise OSError("no")
 
@@ -127,7 +127,7 @@ def test_a_part_that_cannot_be_had_is_named_and_the_rest_is_there(logging_on):
     assert str(Path.home()) not in text
 
 
-def test_a_process_that_dies_leaves_its_trace_and_one_that_ends_well_nothing(own_folders):
+def test_crashed_process_leaves_traceback_and_clean_exit_does_not(own_folders):
     words = (
         "from vomstudio.core.failures import crashes, exception_hooks\n"
         "exception_hooks.install(crashes.WINDOW)\n"
@@ -147,7 +147,7 @@ def test_a_process_that_dies_leaves_its_trace_and_one_that_ends_well_nothing(own
     assert "Aborted" in report.compose()
 
 
-def test_a_process_that_was_killed_is_no_crash(own_folders):
+def test_killed_process_is_not_a_crash(own_folders):
     folder = crashes.folder()
     folder.mkdir(parents=True)
     (folder / "window-999999999-20260203100000.txt").touch()
@@ -156,7 +156,7 @@ def test_a_process_that_was_killed_is_no_crash(own_folders):
 
 
 @pytest.mark.expects_log
-def test_several_processes_share_a_log_that_turns_over(own_folders, monkeypatch):
+def test_several_processes_share_a_rotating_log(own_folders, monkeypatch):
     monkeypatch.setattr(log_file, "_MAX_BYTES", 2000)
     first, second = log_file.SharedFile(log.path()), log_file.SharedFile(log.path())
     log.folder().mkdir(parents=True)
@@ -171,7 +171,7 @@ def test_several_processes_share_a_log_that_turns_over(own_folders, monkeypatch)
     assert len(list(log.folder().glob("vomstudio.log*"))) <= 3
 
 
-def test_a_log_that_cannot_be_written_keeps_nobody_from_working(own_folders, monkeypatch):
+def test_unwritable_log_does_not_raise(own_folders, monkeypatch):
     (own_folders / "file").touch()
     monkeypatch.setattr(log, "folder", lambda: own_folders / "file" / "log")
     log.start("test")
@@ -182,7 +182,7 @@ def test_a_log_that_cannot_be_written_keeps_nobody_from_working(own_folders, mon
         log.stop()
 
 
-def test_a_log_is_written_from_its_first_line_on(own_folders):
+def test_log_file_is_created_with_first_message(own_folders):
     log.start("test")
     try:
         assert not log.folder().exists()

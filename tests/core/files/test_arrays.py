@@ -55,7 +55,7 @@ def read_all(path: Path) -> dict[str, np.ndarray]:
         return dict(arrays)
 
 
-def test_what_numpy_writes_comes_back_as_numpy_reads_it(tmp_path: Path) -> None:
+def test_arrays_written_by_numpy_are_read_back(tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
     chance = np.random.default_rng(1)
     for save in (np.savez, np.savez_compressed):
@@ -91,7 +91,9 @@ def test_what_numpy_writes_comes_back_as_numpy_reads_it(tmp_path: Path) -> None:
         ("(3,)", "<q9"),
     ],
 )
-def test_a_header_that_claims_what_is_not_there(tmp_path: Path, shape: str, kind: str) -> None:
+def test_false_array_header_is_rejected_without_allocation(
+    tmp_path: Path, shape: str, kind: str
+) -> None:
     path = archive(tmp_path / "a.npz", ("a.npy", claiming(shape, kind)))
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with pytest.raises(ValueError, match="a: "):
@@ -99,7 +101,7 @@ def test_a_header_that_claims_what_is_not_there(tmp_path: Path, shape: str, kind
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000
 
 
-def test_members_that_are_no_sound_ones(tmp_path: Path) -> None:
+def test_corrupt_archive_members_raise(tmp_path: Path) -> None:
     good = npy(np.arange(9.0))
     twice = archive(tmp_path / "twice.npz", ("a.npy", good), ("a.npy", good))
     locked = patched(
@@ -123,7 +125,7 @@ def test_members_that_are_no_sound_ones(tmp_path: Path) -> None:
             read_all(path)
 
 
-def test_no_name_of_a_member_leads_anywhere(tmp_path: Path) -> None:
+def test_member_names_cannot_write_outside_archive(tmp_path: Path) -> None:
     """Members are read, and never written."""
     names = ["../a.npy", "/etc/passwd.npy", "b\\..\\c.npy", "d\x00.npy", ".npy"]
     (tmp_path / "in").mkdir()
@@ -145,7 +147,7 @@ def test_a_damaged_archive_is_a_value_error(tmp_path: Path, damage: int) -> None
         read_all(path)
 
 
-def test_a_pipe_is_no_archive_and_nobody_waits_for_it(tmp_path: Path) -> None:
+def test_pipe_is_rejected_as_archive_without_blocking(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "a.npz")
     with pytest.raises(ValueError, match="pipe"):
         read_all(tmp_path / "a.npz")

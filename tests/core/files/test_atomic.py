@@ -21,7 +21,7 @@ def left_in(folder: Path) -> list[str]:
     return sorted(p.name for p in folder.iterdir())
 
 
-def test_a_finished_file_has_its_name_and_nothing_else_is_left(tmp_path: Path) -> None:
+def test_finished_file_has_final_name_and_no_temporary_remains(tmp_path: Path) -> None:
     with atomic_write(tmp_path / "out.csv") as temporary:
         assert temporary.suffix == ".csv"
         temporary.write_text("whole")
@@ -70,7 +70,7 @@ def test_an_existing_file_is_replaced_only_by_force(tmp_path: Path) -> None:
     assert target.read_text() == "new"
 
 
-def test_a_file_that_the_work_reads_is_not_replaced_even_by_force(tmp_path: Path) -> None:
+def test_input_file_is_not_replaced_even_with_force(tmp_path: Path) -> None:
     source, link = tmp_path / "in.csv", tmp_path / "link.csv"
     source.write_text("measured")
     link.symlink_to(source)
@@ -80,19 +80,19 @@ def test_a_file_that_the_work_reads_is_not_replaced_even_by_force(tmp_path: Path
     assert check_target(tmp_path / "out.csv", inputs=[source, tmp_path / "gone.csv"])
 
 
-def test_a_missing_folder_is_named(tmp_path: Path) -> None:
+def test_missing_folder_is_reported(tmp_path: Path) -> None:
     with refused("output.no-folder", TargetError):
         check_target(tmp_path / "missing" / "out.csv")
 
 
-def test_a_file_in_place_of_the_folder_is_named(tmp_path: Path) -> None:
+def test_file_in_place_of_folder_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     with refused("output.unwritable", TargetError):
         check_target(tmp_path / "file" / "out.csv")
 
 
 @pytest.mark.parametrize("force", [False, True])
-def test_a_folder_is_no_target(tmp_path: Path, force: bool) -> None:
+def test_folder_is_refused_as_target(tmp_path: Path, force: bool) -> None:
     with refused("output.is-folder", TargetError):
         check_target(tmp_path, force=force)
 
@@ -105,7 +105,7 @@ def test_a_device_is_never_replaced_by_a_file() -> None:
 
 
 @pytest.mark.parametrize("path", ["", ".", "/", "\0", "a\0b"])
-def test_names_that_name_no_file_are_refused(path: str) -> None:
+def test_invalid_file_names_are_refused(path: str) -> None:
     with pytest.raises(TargetError):
         check_target(path, force=True)
 
@@ -116,7 +116,7 @@ def test_a_name_too_long_for_the_file_system_is_refused(tmp_path: Path) -> None:
     assert left_in(tmp_path) == []
 
 
-def test_the_longest_name_that_the_file_system_takes_is_written(tmp_path: Path) -> None:
+def test_longest_allowed_file_name_is_written(tmp_path: Path) -> None:
     write_bytes(tmp_path / ("x" * 251 + ".csv"), b"1")
     assert len(left_in(tmp_path)) == 1
 
@@ -130,16 +130,14 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
-def test_a_full_disk_says_so_and_leaves_nothing(tmp_path: Path, number: int) -> None:
+def test_full_disk_is_reported_and_leaves_no_files(tmp_path: Path, number: int) -> None:
     with refused("disk.full", TargetError) as caught:
         write_half(tmp_path / "out.csv", OSError(number, os.strerror(number)))
     assert caught.value.file == str(tmp_path / "out.csv")
     assert left_in(tmp_path) == []
 
 
-def test_a_disk_that_fills_at_the_flush_says_so(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_disk_full_at_flush_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(descriptor: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
@@ -149,14 +147,14 @@ def test_a_disk_that_fills_at_the_flush_says_so(
     assert left_in(tmp_path) == []
 
 
-def test_another_files_failure_is_not_blamed_on_the_target(tmp_path: Path) -> None:
+def test_error_of_another_file_is_not_attributed_to_target(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError), atomic_write(tmp_path / "out.csv"):
         (tmp_path / "input that is not there").read_bytes()
     assert left_in(tmp_path) == []
 
 
 @pytest.mark.skipif(as_root, reason="root may write anywhere")
-def test_a_folder_without_permission_is_named(tmp_path: Path) -> None:
+def test_folder_without_permission_is_reported(tmp_path: Path) -> None:
     tmp_path.chmod(0o555)
     try:
         with pytest.raises(TargetError, match="permission"):
@@ -165,7 +163,7 @@ def test_a_folder_without_permission_is_named(tmp_path: Path) -> None:
         tmp_path.chmod(0o755)
 
 
-def test_refused_permission_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_denied_permission_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(path: Path, flags: int, mode: int) -> int:
         raise PermissionError(errno.EACCES, "Permission denied", str(path))
 
@@ -185,9 +183,7 @@ def test_files_that_belong_together_appear_together(tmp_path: Path) -> None:
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.txt", "b.txt"]
 
 
-def test_a_group_that_fails_in_the_middle_takes_everything_back(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_failed_group_is_rolled_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     paths = [tmp_path / name for name in ("a.txt", "b.txt", "c.txt")]
     paths[0].write_text("old a")
     paths[2].write_text("old c")
@@ -212,7 +208,7 @@ def test_a_group_that_fails_in_the_middle_takes_everything_back(
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.txt", "c.txt"]
 
 
-def test_a_group_with_one_target_twice_is_refused(tmp_path: Path) -> None:
+def test_group_with_duplicate_targets_is_refused(tmp_path: Path) -> None:
     with (
         refused("output.same-names", TargetError),
         atomic_group([tmp_path / "a", tmp_path / "a"]),

@@ -57,7 +57,7 @@ def test_a_project_whose_own_files_are_links_is_not_opened(
     assert [p.name for p in victim.parent.iterdir()] == ["victim"]
 
 
-def test_layers_and_assets_stay_in_the_project(project: Path, victim: Path) -> None:
+def test_linked_layers_and_assets_are_refused(project: Path, victim: Path) -> None:
     (project / "project.gpkg").symlink_to(victim)
     with refused("output.link", TargetError):
         write_bytes(project / "project.gpkg", b"new", force=True)
@@ -70,7 +70,7 @@ def test_layers_and_assets_stay_in_the_project(project: Path, victim: Path) -> N
     assert [p.name for p in victim.parent.iterdir()] == ["victim"]
 
 
-def test_masks_marks_and_copies_beside_photos(tmp_path: Path, victim: Path) -> None:
+def test_linked_masks_marks_and_backups_are_refused(tmp_path: Path, victim: Path) -> None:
     folder = tmp_path / "photos"
     folder.mkdir()
     for name in ("a_mask.png", "marks.csv", "b.csv.bak"):
@@ -86,7 +86,7 @@ def test_masks_marks_and_copies_beside_photos(tmp_path: Path, victim: Path) -> N
     assert [p.name for p in victim.parent.iterdir()] == ["victim"]
 
 
-def test_what_goes_with_an_output_is_no_link(tmp_path: Path, victim: Path) -> None:
+def test_linked_companion_of_output_is_refused(tmp_path: Path, victim: Path) -> None:
     """The user named the first; a link of his own keeps its place."""
     named = tmp_path / "named.obj"
     named.symlink_to(tmp_path / "real.obj")
@@ -108,7 +108,7 @@ def test_a_working_folder_with_links_is_refused(tmp_path: Path, victim: Path) ->
         claim_folder(tmp_path / "out")
 
 
-def test_cameras_that_name_photos_above_their_folder(tmp_path: Path) -> None:
+def test_copying_cameras_does_not_follow_links_out_of_folder(tmp_path: Path) -> None:
     """`x` is a link to a folder far away, so that x/../.. is not what it seems to be."""
     (tmp_path / "far" / "away" / "x").mkdir(parents=True)
     model = tmp_path / "model"
@@ -137,7 +137,7 @@ def test_saving_as_leaves_links_out(project: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "b.vom" / "models" / "loop").exists()
 
 
-def test_places_and_folders(tmp_path: Path, victim: Path) -> None:
+def test_paths_outside_the_folder_and_links_are_refused(tmp_path: Path, victim: Path) -> None:
     (tmp_path / "to").symlink_to(victim.parent)
     assert require_inside(tmp_path / "a" / "b", tmp_path) == tmp_path / "a" / "b"
     for wrong in (tmp_path / "to" / "b", tmp_path / "a" / ".." / "b", victim.parent.parent.parent):
@@ -151,7 +151,7 @@ def test_places_and_folders(tmp_path: Path, victim: Path) -> None:
     refuse_links(victim.parent)
 
 
-def test_a_project_may_be_named_from_the_folder_it_is_in(
+def test_project_path_may_be_relative_to_current_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -164,7 +164,7 @@ def test_a_project_may_be_named_from_the_folder_it_is_in(
 
 
 @pytest.mark.parametrize("name", ["reconstruction/photos-preview", "frames", "demo"])
-def test_a_folder_for_results_in_a_project_is_no_link(
+def test_linked_result_folder_in_project_is_refused(
     name: str, project: Path, victim: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     place = project / name
@@ -182,7 +182,7 @@ def test_a_folder_for_results_in_a_project_is_no_link(
 
 
 @pytest.mark.parametrize("name", [".vomstudio-demo", "sample.vom"])
-def test_the_folder_of_the_demo_has_no_links(
+def test_demo_folder_with_links_is_refused(
     name: str, tmp_path: Path, victim: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "demo"

@@ -21,7 +21,7 @@ def whole(folder: Path) -> bytes:
     return (folder / "lock").read_bytes()
 
 
-def test_a_damaged_lock_shuts_nobody_out(tmp_path: Path) -> None:
+def test_damaged_lock_can_be_acquired(tmp_path: Path) -> None:
     path = tmp_path / "lock"
     good = whole(tmp_path)
     chance = random.Random(1)
@@ -43,14 +43,14 @@ def test_a_damaged_lock_shuts_nobody_out(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "statement", ["CREATE TABLE holder (a, b, c)", "CREATE VIEW holder AS SELECT 1"]
 )
-def test_a_lock_of_another_shape_shuts_nobody_out(tmp_path: Path, statement: str) -> None:
+def test_lock_with_other_schema_can_be_acquired(tmp_path: Path, statement: str) -> None:
     db = sqlite3.connect(tmp_path / "lock")
     db.execute(statement)
     db.close()
     ProjectLock(tmp_path / "lock").release()
 
 
-def test_a_lock_that_another_process_holds_is_kept_and_its_holder_named(tmp_path: Path) -> None:
+def test_lock_held_by_another_process_is_refused_until_it_ends(tmp_path: Path) -> None:
     code = (
         "import sys, pathlib; from vomstudio.core.files.lock import ProjectLock;"
         "lock = ProjectLock(pathlib.Path(sys.argv[1])); print('held', flush=True);"
@@ -72,7 +72,7 @@ def test_a_lock_that_another_process_holds_is_kept_and_its_holder_named(tmp_path
     ProjectLock(tmp_path / "lock").release()
 
 
-def test_a_lock_that_cannot_be_made_says_why(tmp_path: Path) -> None:
+def test_lock_creation_error_is_reported(tmp_path: Path) -> None:
     (tmp_path / "lock").mkdir()
     with refused("project.unwritable", TargetError):
         ProjectLock(tmp_path / "lock")
@@ -87,7 +87,7 @@ def test_a_lock_that_cannot_be_made_says_why(tmp_path: Path) -> None:
         "CREATE TABLE other (a)",
     ],
 )
-def test_a_lock_with_a_program_in_it_is_made_anew(tmp_path: Path, words: str) -> None:
+def test_lock_with_foreign_schema_objects_is_recreated(tmp_path: Path, words: str) -> None:
     path = tmp_path / "lock"
     ProjectLock(path).release()
     with contextlib.closing(sqlite3.connect(path)) as db, db:

@@ -54,7 +54,7 @@ def fits(path: Path, whose: str) -> str:
     return done.stdout.strip()
 
 
-def test_a_process_of_ours_is_held_to_what_the_file_can_be_worth(tmp_path: Path) -> None:
+def test_own_process_memory_is_limited_by_file_size(tmp_path: Path) -> None:
     small, larger = tmp_path / "a.las", tmp_path / "b.las"
     small.write_bytes(b"LASF" * 100)
     larger.write_bytes(bytes(8 << 20))
@@ -62,12 +62,12 @@ def test_a_process_of_ours_is_held_to_what_the_file_can_be_worth(tmp_path: Path)
     assert fits(larger, "ours").split() == ["True", "True", "False", "False", "True"]
 
 
-def test_a_script_of_a_user_is_left_alone(tmp_path: Path) -> None:
+def test_user_script_memory_is_not_limited(tmp_path: Path) -> None:
     (tmp_path / "a.las").write_bytes(b"LASF" * 100)
     assert fits(tmp_path / "a.las", "a script's").split() == ["True"] * 5
 
 
-def test_what_lies_beside_a_gltf_counts(tmp_path: Path) -> None:
+def test_companion_files_of_gltf_raise_the_limit(tmp_path: Path) -> None:
     (tmp_path / "a.gltf").write_text("{}")
     assert fits(tmp_path / "a.gltf", "ours").split() == ["True", "False", "False", "False", "True"]
     (tmp_path / "a.bin").write_bytes(bytes(8 << 20))
@@ -104,7 +104,7 @@ print(limit() == resource.RLIM_INFINITY)
 """
 
 
-def test_a_job_is_held_to_what_is_free_and_a_file_in_it_to_less(tmp_path: Path) -> None:
+def test_job_is_limited_to_free_memory_and_file_reading_to_less(tmp_path: Path) -> None:
     (tmp_path / "a.las").write_bytes(b"LASF" * 100)
     done = subprocess.run(
         [sys.executable, "-c", _JOB, str(tmp_path / "a.las"), "ours"],
@@ -115,7 +115,7 @@ def test_a_job_is_held_to_what_is_free_and_a_file_in_it_to_less(tmp_path: Path) 
     assert done.stdout.split("\n")[:5] == ["True", "no more", "True", "True", "True"]
 
 
-def test_what_says_that_memory_is_short() -> None:
+def test_memory_errors_are_recognised() -> None:
     for error in (
         MemoryError(),
         OSError(12, "Cannot allocate memory"),
@@ -129,7 +129,7 @@ def test_what_says_that_memory_is_short() -> None:
         assert not is_memory_error(other), other
 
 
-def test_opencv_says_so_in_words_of_its_own() -> None:
+def test_opencv_memory_error_is_recognised() -> None:
     import cv2
     import numpy as np
 
@@ -144,7 +144,7 @@ def group(folder: Path, values: dict[str, str]) -> None:
         (folder / name).write_text(text + "\n")
 
 
-def test_a_control_group_of_version_2_leaves_what_its_tightest_limit_leaves(tmp_path: Path) -> None:
+def test_cgroup_v2_uses_the_tightest_limit(tmp_path: Path) -> None:
     said, mounted = tmp_path / "cgroup", tmp_path / "mounted"
     said.write_text("0::/user.slice/shell.scope\n")
     group(mounted, {"cgroup.controllers": "memory"})
@@ -161,7 +161,7 @@ def test_a_control_group_of_version_2_leaves_what_its_tightest_limit_leaves(tmp_
     assert group_bytes(mounted, said) == 0
 
 
-def test_a_control_group_of_version_1_and_a_container(tmp_path: Path) -> None:
+def test_cgroup_v1_limits_in_container_are_read(tmp_path: Path) -> None:
     said, mounted = tmp_path / "cgroup", tmp_path / "mounted"
     said.write_text("9:name=systemd:/\n4:cpu,memory:/docker/5f3\n0::/\n")
     values = {"memory.limit_in_bytes": str(2**63 - 4096), "memory.usage_in_bytes": "5000"}
@@ -173,7 +173,7 @@ def test_a_control_group_of_version_1_and_a_container(tmp_path: Path) -> None:
     assert group_bytes(mounted, said) == 8000 - 4899
 
 
-def test_what_this_process_has_and_can_get() -> None:
+def test_process_and_free_memory_are_plausible() -> None:
     import psutil
 
     held, free = private_bytes(), free_bytes()

@@ -28,12 +28,12 @@ def odd(path: Path) -> Path:
     return Path(os.fsdecode(name))
 
 
-def test_a_good_name_is_its_own(tmp_path: Path) -> None:
+def test_utf8_name_is_unchanged(tmp_path: Path) -> None:
     with utf8_name(tmp_path / "Gelände.tif") as named:
         assert named == tmp_path / "Gelände.tif"
 
 
-def test_a_height_model(tmp_path: Path) -> None:
+def test_height_raster_with_non_utf8_name_is_read(tmp_path: Path) -> None:
     import rasterio
 
     path = tmp_path / "a.tif"
@@ -58,7 +58,7 @@ def test_a_height_model(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", ["obj", "ply", "stl", "glb", "xyz", "las"])
-def test_every_kind_of_model(tmp_path: Path, ending: str) -> None:
+def test_every_model_format_with_non_utf8_name_is_read(tmp_path: Path, ending: str) -> None:
     import laspy
     import trimesh
 
@@ -75,7 +75,7 @@ def test_every_kind_of_model(tmp_path: Path, ending: str) -> None:
 
 
 @pytest.mark.full
-def test_a_video(tmp_path: Path) -> None:
+def test_video_with_non_utf8_name_is_read(tmp_path: Path) -> None:
     path = odd(film(tmp_path / "pan.avi", np.arange(100) * 12.0))
     report = take_frames(path, tmp_path / "out", fps=2)
     assert len(report.frames) == 10

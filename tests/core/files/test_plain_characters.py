@@ -23,7 +23,7 @@ from vomstudio.project.records import Feature
 NAME = "bed\x0b\x00 </text><script>\x1b[31m\x7f\ufffe"
 
 
-def test_spaces_stand_for_them() -> None:
+def test_control_characters_are_replaced_by_spaces() -> None:
     assert replace_control_characters(NAME) == "bed   </text><script> [31m  "
     words = "Störung 60°\tשכבה\n地層\r\U0001f5fa"
     assert replace_control_characters(words) == words
@@ -43,7 +43,7 @@ def project(tmp_path: Path) -> Path:
     return folder
 
 
-def test_tables_are_text(project: Path, tmp_path: Path) -> None:
+def test_exported_tables_contain_no_control_characters(project: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.csv"
     export_project(project, "csv", out)
     read = read_orientations(out)
@@ -56,7 +56,7 @@ def test_tables_are_text(project: Path, tmp_path: Path) -> None:
     ]
 
 
-def test_drawings_and_maps_are_xml(project: Path, tmp_path: Path) -> None:
+def test_drawings_and_maps_are_valid_xml(project: Path, tmp_path: Path) -> None:
     face = project / "models" / "face" / "face.obj"
     section = ["section", str(face), "--plane", "110/90", "--through", "364534,4721858,852"]
     assert main([*section, "--project", str(project), "-o", str(tmp_path / "cut.svg")]) == 0
@@ -72,7 +72,7 @@ def test_drawings_and_maps_are_xml(project: Path, tmp_path: Path) -> None:
     assert named
 
 
-def test_a_net_is_xml(tmp_path: Path) -> None:
+def test_net_is_valid_xml(tmp_path: Path) -> None:
     table, net = tmp_path / "planes.csv", tmp_path / "net.svg"
     rows = [f"<a>\ufffe\uffff,{90 + k},{30 + k % 3}" for k in range(6)]
     table.write_text("set,dip_direction,dip\n" + "\n".join(rows) + "\n", "utf-8")

@@ -37,7 +37,7 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="pipes have names on 
 
 @pytest.mark.parametrize("ending", [".tfw", ".wld", ".tif.aux.xml", ".tif.msk", ".tif.ovr", ".TFW"])
 @pytest.mark.parametrize("read", [read_model, read_size_and_bands])
-def test_a_pipe_beside_a_height_model(
+def test_pipe_beside_height_raster_is_refused(
     tmp_path: Path, ending: str, read: Callable[[Path], object]
 ) -> None:
     path = tmp_path / "a.tif"
@@ -63,7 +63,7 @@ def test_a_pipe_beside_a_height_model(
 
 
 @pytest.mark.parametrize("ending", [".dbf", ".shx", ".cpg", ".prj", ".qix"])
-def test_a_device_beside_a_shapefile(tmp_path: Path, ending: str) -> None:
+def test_device_beside_shapefile_is_refused(tmp_path: Path, ending: str) -> None:
     lines = np.array([shapely.to_wkb(shapely.LineString([(0, 0), (3, 5)]))], object)
     pyogrio.raw.write(
         tmp_path / "a.shp",
@@ -80,7 +80,7 @@ def test_a_device_beside_a_shapefile(tmp_path: Path, ending: str) -> None:
         read_lines(tmp_path / "a.shp")
 
 
-def test_what_may_lie_beside_a_file(tmp_path: Path) -> None:
+def test_harmless_siblings_are_allowed(tmp_path: Path) -> None:
     """Folders, links that lead nowhere, and pipes of other names wait for nobody."""
     (tmp_path / "a.obj").write_bytes(b"v 0 0 0\n")
     (tmp_path / "a.tiles").mkdir()
@@ -104,7 +104,7 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", ["-journal", "-wal", "-shm", ""])
-def test_a_pipe_beside_a_journal(tmp_path: Path, ending: str) -> None:
+def test_pipe_in_place_of_journal_file_is_refused(tmp_path: Path, ending: str) -> None:
     project = tmp_path / "a.vom"
     ProjectFolder.create(project).close()
     place = project / f"journal.sqlite{ending}"
@@ -116,14 +116,14 @@ def test_a_pipe_beside_a_journal(tmp_path: Path, ending: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["lock", "lock-journal", "lock-wal"])
-def test_a_pipe_in_place_of_a_lock_shuts_nobody_out(tmp_path: Path, name: str) -> None:
+def test_pipe_in_place_of_lock_is_replaced(tmp_path: Path, name: str) -> None:
     os.mkfifo(tmp_path / name)
     lock = ProjectLock(tmp_path / "lock")
     lock.release()
     assert not (tmp_path / name).is_fifo()
 
 
-def test_a_pipe_among_the_results_of_a_run(tmp_path: Path) -> None:
+def test_pipe_in_result_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "work").mkdir()
     refuse_links(tmp_path)
     os.mkfifo(tmp_path / "work" / "database.db-journal")
@@ -151,7 +151,7 @@ def _network(path: Path) -> object:
 
 @pytest.mark.parametrize("read", [_sidecar, _drawing, _network])
 @pytest.mark.parametrize("what", ["pipe", "device", "huge"])
-def test_what_is_read_whole_is_a_file_of_a_sensible_size(
+def test_pipes_devices_and_huge_files_are_refused(
     tmp_path: Path, read: Callable[[Path], object], what: str
 ) -> None:
     path = tmp_path / "a.svg"
@@ -167,7 +167,7 @@ def test_what_is_read_whole_is_a_file_of_a_sensible_size(
     assert refusal.value.file == str(path)
 
 
-def test_a_pipe_beside_control_points_is_no_file_of_marks(tmp_path: Path) -> None:
+def test_pipe_beside_control_points_is_not_used_as_marks(tmp_path: Path) -> None:
     (tmp_path / "app.xml").write_text("<DicoAppuisFlottant/>")
     (tmp_path / "marks.xml").write_text("<SetOfMesureAppuisFlottants/>")
     os.mkfifo(tmp_path / "z.xml")
@@ -175,12 +175,12 @@ def test_a_pipe_beside_control_points_is_no_file_of_marks(tmp_path: Path) -> Non
     assert find_marks(tmp_path / "app.xml") == tmp_path / "marks.xml"
 
 
-def test_a_name_with_a_zero_byte_is_no_file() -> None:
+def test_name_with_null_byte_is_not_found() -> None:
     with pytest.raises(FileNotFoundError):
         open_regular_file("a\0b")
 
 
-def test_a_pipe_into_which_nobody_writes_is_refused_by_tables_clouds_and_caches(
+def test_pipe_is_refused_by_table_and_copc_readers(
     tmp_path: Path,
 ) -> None:
     from vomstudio.io.models import copc

@@ -23,11 +23,11 @@ PLAIN = ["J1", "it's", "a=b", "", "1.5", "’=1", "'a"]
 
 
 @pytest.mark.parametrize("text", FORMULAS + PLAIN + ["\t=1", "\r=1"])
-def test_every_text_comes_back(text: str) -> None:
+def test_escaped_formula_round_trips(text: str) -> None:
     assert unescape_formula(escape_formula(text)) == text
 
 
-def test_no_written_cell_begins_as_a_formula(tmp_path: Path) -> None:
+def test_written_cells_never_start_like_formulas(tmp_path: Path) -> None:
     path = tmp_path / "table.csv"
     names = [*FORMULAS, *(name for name in PLAIN if name)]
     rows = [
@@ -48,7 +48,7 @@ def test_no_written_cell_begins_as_a_formula(tmp_path: Path) -> None:
     assert table.sets == tuple(names)
 
 
-def test_labels_of_control_come_back(tmp_path: Path) -> None:
+def test_labels_like_formulas_round_trip(tmp_path: Path) -> None:
     labels = [text for text in FORMULAS if text != "-"]
     control, marks = tmp_path / "control.csv", tmp_path / "marks.csv"
     write_control(control, [ControlPoint(label, (-1.0, 2.0, 3.0)) for label in labels])
@@ -59,7 +59,7 @@ def test_labels_of_control_come_back(tmp_path: Path) -> None:
     ]
 
 
-def test_marked_numbers_among_points_are_numbers(tmp_path: Path) -> None:
+def test_numbers_with_apostrophe_are_read_as_numbers(tmp_path: Path) -> None:
     """A spreadsheet that took a column for text writes the apostrophe before negative numbers."""
     path = tmp_path / "points.csv"
     path.write_text("name,x,y,z\n'=a,'-1,2,3\nb,4,5,6\n")
@@ -93,7 +93,7 @@ NAME = '=HYPERLINK("http://x")'
     "form",
     first_in_default_tier(["orient", "gems", "gempy", "loopstructural", "stereonet", "csv"], 2),
 )
-def test_tables_for_other_programs_calculate_nothing(form: str, tmp_path: Path) -> None:
+def test_exported_tables_contain_no_formulas(form: str, tmp_path: Path) -> None:
     from tests.specimens.figures import copy_of
     from vomstudio.project import edits
     from vomstudio.project.exports.export import export_project
@@ -119,7 +119,7 @@ def test_tables_for_other_programs_calculate_nothing(form: str, tmp_path: Path) 
     assert calculated(told) == []
 
 
-def test_a_table_with_sets_keeps_its_words_and_numbers(tmp_path: Path) -> None:
+def test_table_with_sets_keeps_text_and_numbers(tmp_path: Path) -> None:
     from vomstudio.cli import main
 
     path, out = tmp_path / "planes.csv", tmp_path / "sets.csv"
@@ -136,7 +136,7 @@ def test_a_table_with_sets_keeps_its_words_and_numbers(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "words", ["lines of a,=1+1,b.ply", "x; @SUM(1)", 'PROJCRS["a","=1"]', "a,-1+1|x!A0", "a\n=1"]
 )
-def test_what_stands_above_a_table_calculates_nothing(words: str, tmp_path: Path) -> None:
+def test_comment_lines_contain_no_formulas(words: str, tmp_path: Path) -> None:
     path = tmp_path / "head.csv"
     path.write_text(comment_line(words))
     assert calculated(cells_of(path)) == []
@@ -146,5 +146,5 @@ def test_what_stands_above_a_table_calculates_nothing(words: str, tmp_path: Path
 @pytest.mark.parametrize(
     "words", ["CRS: EPSG:32633", "rotation [0.1, -0.2, -3e-05], north -0.5", "a = b, c@d, -7"]
 )
-def test_numbers_above_a_table_stay_as_they_are(words: str) -> None:
+def test_comment_lines_with_numbers_are_unchanged(words: str) -> None:
     assert comment_line(words) == f"# {words}\n"

@@ -42,7 +42,7 @@ HONEST = [b.__name__ for b, expected in bent_schemas.BENDS if expected == "read"
 
 @pytest.mark.parametrize("how", UNSAFE)
 @pytest.mark.parametrize("seed", [0, 1, 2, 3, 4])
-def test_what_may_run_is_refused_by_its_schema_alone(how: str, seed: int, tmp_path: Path) -> None:
+def test_unsafe_schema_is_refused_without_running_it(how: str, seed: int, tmp_path: Path) -> None:
     path = bent(tmp_path, how, seed)
     begun = time.monotonic()
     with pytest.raises((InputError, ValueError)) as error:
@@ -57,13 +57,13 @@ def test_what_may_run_is_refused_by_its_schema_alone(how: str, seed: int, tmp_pa
 
 
 @pytest.mark.parametrize("how", HONEST)
-def test_what_honest_programs_write_is_read(how: str, tmp_path: Path) -> None:
+def test_files_of_common_programs_are_read(how: str, tmp_path: Path) -> None:
     path = bent(tmp_path, how)
     require_geopackage(path)
     assert len(read_gis_lines(path).lines) == 40
 
 
-def test_a_refusal_crosses_from_the_process_that_reads(
+def test_refusal_is_passed_on_from_reader_process(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = bent(tmp_path, "_endless_system_table")
@@ -88,7 +88,7 @@ def test_every_geopackage_is_read_in_a_process_of_its_own(
     assert len(read_gis_lines(path).lines) == 40
 
 
-def test_a_statement_without_end_is_ended_by_a_request_to_stop(tmp_path: Path) -> None:
+def test_stop_request_interrupts_endless_statement(tmp_path: Path) -> None:
     path = tmp_path / "a.sqlite"
     sqlite3.connect(path).close()
     timer = threading.Timer(0.3, stop_requests._received_signals.append, args=(signal.SIGTERM,))
@@ -112,7 +112,7 @@ def test_functions_with_side_effects_do_not_run_from_a_schema() -> None:
             db.execute("SELECT * FROM v")
 
 
-def test_whoever_connects_to_sqlite_holds_the_connection() -> None:
+def test_sqlite_connections_to_foreign_files_are_restricted() -> None:
     """Connections to files of others are limited; these modules have made or checked theirs."""
     own = {
         "project/exports/geopackage.py",  # writes into what it has just made
@@ -149,7 +149,7 @@ if "vomstudio.io.gis.vector_layers" in sys.orig_argv:
 @pytest.mark.parametrize(
     "name", first_in_default_tier(["SIGINT", "SIGTERM", "SIGHUP", "SIGKILL"], 1)
 )
-def test_a_signal_ends_a_reading_and_its_process(
+def test_signal_ends_reader_and_its_process(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """GDAL is busy with a file that its schema does not give away: a reader that never answers."""
@@ -213,7 +213,7 @@ def test_a_second_ctrl_c_ends_the_program_inside_native_code(native: str) -> Non
 @pytest.mark.full
 @posix
 @pytest.mark.parametrize("name", first_in_default_tier(["SIGINT", "SIGTERM", "SIGHUP"], 1))
-def test_one_signal_ends_native_code_that_lets_others_run(name: str) -> None:
+def test_one_signal_ends_native_code_that_releases_the_gil(name: str) -> None:
     process = busy(RELEASING)
     try:
         time.sleep(0.2)
@@ -228,7 +228,7 @@ def test_one_signal_ends_native_code_that_lets_others_run(name: str) -> None:
 
 # --- campaigns ------------------------------------------------------------------------------------
 @pytest.mark.full
-def test_bent_schemas_are_refused_or_read() -> None:
+def test_modified_schemas_are_refused_or_read() -> None:
     counts, wrong = bent_schemas.campaign(3 * len(bent_schemas.BENDS), seed=7)
     assert wrong == []
     assert counts["file.unsafe-schema"] >= 18

@@ -72,7 +72,7 @@ def calls(module: Path) -> set[str]:
     return {ast.unparse(call.func) for call in calls_in(text)}
 
 
-def test_nothing_else_opens_pictures() -> None:
+def test_only_pictures_module_opens_images() -> None:
     """Every other call would let decoders be chosen by the content, and have no budget."""
     program = Path(__file__).parents[3] / "vomstudio"
     found = {m.relative_to(program).as_posix(): calls(m) for m in program.rglob("*.py")}
@@ -84,7 +84,7 @@ def test_nothing_else_opens_pictures() -> None:
         assert {name for name in users if checks not in found[name]} == set(), opens
 
 
-def test_a_postscript_called_jpg_starts_no_ghostscript(
+def test_postscript_named_jpg_does_not_start_ghostscript(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     started = tmp_path / "started"
@@ -102,7 +102,7 @@ def test_a_postscript_called_jpg_starts_no_ghostscript(
 
 
 @pytest.mark.parametrize("kind", ["JPEG", "PNG", "TIFF", "WEBP", "BMP", "TGA"])
-def test_what_is_allowed_opens(kind: str, tmp_path: Path) -> None:
+def test_allowed_formats_are_opened(kind: str, tmp_path: Path) -> None:
     path = tmp_path / "a.picture"
     path.write_bytes(picture(kind))
     with open_picture(path) as image:
@@ -113,7 +113,7 @@ def test_what_is_allowed_opens(kind: str, tmp_path: Path) -> None:
             open_picture(path, PHOTO_FORMATS)
 
 
-def test_filling_between_the_parts_of_a_jpeg_is_short_or_refused() -> None:
+def test_long_padding_between_jpeg_segments_is_refused() -> None:
     jpeg = picture("JPEG")
     with open_picture(jpeg[:2] + b"\xff" * 1000 + jpeg[2:]) as image:
         assert image.size == (SOUND, SOUND)
@@ -123,14 +123,14 @@ def test_filling_between_the_parts_of_a_jpeg_is_short_or_refused() -> None:
     assert time.monotonic() - begun < 30  # byte by byte it took minutes
 
 
-def test_parts_of_a_header_are_counted() -> None:
+def test_number_of_header_parts_is_limited() -> None:
     jpeg, png = picture("JPEG"), picture("PNG")
     assert refusal(jpeg[:2] + b"\xff\xe5\0\2" * 200_000 + jpeg[2:]) == HEADER
     assert refusal(png[:33] + chunk(b"abCd", b"") * 200_000 + png[33:]) == HEADER
 
 
 @pytest.mark.parametrize("wrapped", [True, False])
-def test_tags_that_name_the_same_bytes_are_refused(wrapped: bool) -> None:
+def test_overlapping_tiff_tags_are_refused(wrapped: bool) -> None:
     """5,000 tags of 60,000 bytes each, all of the same 60,000."""
     rows = b"".join(struct.pack("<HHII", 40_000 + i, 5, 7_000, 8) for i in range(5_000))
     tags = b"II*\0" + struct.pack("<I", 60_016)
@@ -146,13 +146,13 @@ def test_tags_that_name_the_same_bytes_are_refused(wrapped: bool) -> None:
     assert refusal(tags) == HEADER
 
 
-def test_a_pipe_is_no_picture(tmp_path: Path) -> None:
+def test_pipe_is_refused_as_image(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "a.jpg")
     with refused("file.not-regular"):
         open_picture(tmp_path / "a.jpg")
 
 
-def test_xmp_without_an_end_is_looked_through_once() -> None:
+def test_unterminated_xmp_is_scanned_once() -> None:
     begun = time.monotonic()
     assert read_drone_tags(b"<x:xmpmeta " * 2_000_000).yaw_deg is None
     assert time.monotonic() - begun < 10  # each beginning looked for its end
@@ -226,7 +226,7 @@ def test_every_format_is_refused_beyond_its_budget_before_it_is_decoded(make, tm
 
 
 @pytest.mark.usefixtures("plenty")
-def test_the_limit_is_a_hundred_times_the_file_and_500_mb() -> None:
+def test_limit_is_100_times_file_size_plus_500_mb() -> None:
     allowed = png_of(11_200, 11_200)  # 502 MB of four bytes
     assert refusal(allowed) == TOO_LARGE
     larger = png_of(11_200, 11_200, data=bytes(20_000))
@@ -244,7 +244,7 @@ def test_half_of_the_free_memory_is_never_exceeded(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.usefixtures("plenty")
-def test_a_mask_of_150_megapixels_in_one_bit_is_read() -> None:
+def test_one_bit_mask_of_150_megapixels_is_read() -> None:
     mask = png_of(14_204, 10_652, depth=1, kind=0, data=bytes(20_000))
     assert refusal(mask) == TOO_LARGE  # as a photo
     open_picture(mask, min_pixel_bytes=MASK_BYTES).close()
@@ -259,7 +259,9 @@ def test_a_mask_of_150_megapixels_in_one_bit_is_read() -> None:
         {"across": 1 << 30, "down": 16},
     ],
 )
-def test_what_lies_about_a_small_tiff_counts(tags: dict[str, int], tmp_path: Path) -> None:
+def test_tile_size_and_band_count_of_small_tiff_count_in_budget(
+    tags: dict[str, int], tmp_path: Path
+) -> None:
     """A tile of gigabytes, or thousands of bands, in a picture of 100 pixels a side."""
     path = tmp_path / "a.tif"
     path.write_bytes(tiff_of(100, 100, **tags))
@@ -272,7 +274,7 @@ def test_what_lies_about_a_small_tiff_counts(tags: dict[str, int], tmp_path: Pat
 
 
 @pytest.mark.usefixtures("plenty")
-def test_tiles_that_reach_beyond_the_picture_count() -> None:
+def test_tiles_beyond_image_edge_count_in_budget() -> None:
     """All of them are decompressed: 7 GB for a picture of 70 megapixels, which took 101 s."""
     open_picture(tiff_of(10_000, 7000, across=256, down=256)).close()
     assert refusal(tiff_of(10_000, 7000, across=1 << 20, down=16)) == TOO_LARGE
@@ -295,7 +297,7 @@ def test_a_raster_that_is_read_in_windows_may_be_larger_than_memory(
 
 
 @pytest.mark.usefixtures("plenty")
-def test_a_progressive_jpeg_counts_with_its_coefficients_and_scans() -> None:
+def test_progressive_jpeg_counts_coefficients_and_scans() -> None:
     open_picture(jpeg_of(8000, 8000)).close()
     assert refusal(jpeg_of(8000, 8000, progressive=True)) == TOO_LARGE
     data = picture("JPEG", progressive=True)
@@ -305,7 +307,7 @@ def test_a_progressive_jpeg_counts_with_its_coefficients_and_scans() -> None:
 
 
 @pytest.mark.usefixtures("plenty")
-def test_opencv_gets_nothing_but_photos_within_the_budget() -> None:
+def test_opencv_decodes_only_photos_within_budget() -> None:
     import cv2
 
     for kind in ("JPEG", "PNG", "TIFF"):
@@ -320,14 +322,14 @@ def test_opencv_gets_nothing_but_photos_within_the_budget() -> None:
         assert (error.value.code, error.value.file) == (TOO_LARGE, "wall.jpg")
 
 
-def test_directories_in_a_circle_come_to_an_end() -> None:
+def test_circular_tiff_directories_terminate() -> None:
     data = bytearray(tiff_of(40, 40))
     data[-4:] = struct.pack("<I", 8)
     open_picture(bytes(data)).close()
 
 
 @pytest.mark.parametrize("command", [["info"], ["check"]])
-def test_a_command_refuses_with_file_reason_and_code(
+def test_command_refuses_image_with_file_and_code(
     command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Seven kilobytes that took 14 GB."""

@@ -27,15 +27,13 @@ def asked_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None
     user_folders._first_writable_folder.cache_clear()
 
 
-def test_a_home_that_can_be_written_is_taken(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_writable_home_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     assert user_folders.state_folder() == tmp_path / "state" / "vomstudio"
     assert user_folders.is_home_writable()
 
 
-def test_else_the_same_place_among_the_temporary_files_for_this_user_alone(tmp_path: Path) -> None:
+def test_private_temporary_folder_is_used_without_writable_home(tmp_path: Path) -> None:
     found = user_folders.state_folder()
     assert found == tmp_path / "temporary" / f"vomstudio-{os.getuid()}"
     assert found.stat().st_mode & 0o777 == 0o700
@@ -45,7 +43,7 @@ def test_else_the_same_place_among_the_temporary_files_for_this_user_alone(tmp_p
 
 
 @pytest.mark.parametrize("how", ["link", "open to all", "file"])
-def test_a_place_that_another_has_prepared_is_not_taken(tmp_path: Path, how: str) -> None:
+def test_temporary_folder_prepared_by_another_user_is_not_used(tmp_path: Path, how: str) -> None:
     mine = tmp_path / "temporary" / f"vomstudio-{os.getuid()}"
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()

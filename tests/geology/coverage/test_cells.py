@@ -50,7 +50,7 @@ def test_a_face_larger_than_the_grid_fills_every_cell() -> None:
 
 
 @pytest.mark.parametrize("dip", [0.0, 30.0, 60.0, 85.0])
-def test_a_slanting_plane_has_more_surface_by_its_cosine(dip: float) -> None:
+def test_inclined_plane_has_surface_divided_by_cosine(dip: float) -> None:
     tilted = SQUARE.copy()
     tilted[..., 2] = np.tan(np.radians(dip)) * tilted[..., 0]
     found = measure_faces(flat(), tilted)
@@ -58,7 +58,7 @@ def test_a_slanting_plane_has_more_surface_by_its_cosine(dip: float) -> None:
     assert found.covered == pytest.approx(np.full(12, 0.25))
 
 
-def test_random_triangles_as_shapely_cuts_them() -> None:
+def test_triangle_areas_match_shapely() -> None:
     rng = np.random.default_rng(5)
     grid = SquareGrid(np.array([-1.0, 0.5, 0.0]), EAST, NORTH, 0.7, 5, 4)
     for _ in range(40):
@@ -84,7 +84,7 @@ def sums(found: ExposedArea) -> tuple[float, float]:
     return float(found.surface.sum()), float(found.covered.sum())
 
 
-def test_whole_cells_lose_nothing_of_the_surface() -> None:
+def test_grid_cells_preserve_total_surface() -> None:
     corners = wavy()
     grid = create_grid(corners.reshape(-1, 3), EAST, NORTH, 0.33)
     found = measure_faces(grid, corners, pieces=True)
@@ -98,7 +98,7 @@ def test_whole_cells_lose_nothing_of_the_surface() -> None:
     assert (found.pieces[..., :2] <= low + 1 + 1e-9).all()
 
 
-def test_turning_the_world_and_moving_it_far_away_changes_nothing() -> None:
+def test_rotation_and_translation_change_nothing() -> None:
     corners = wavy()
     turn = Rotation.from_euler("zyx", [30.0, 50.0, 70.0], degrees=True).as_matrix()
     far = np.array([4.5e5, 5.2e6, 800.0])
@@ -116,7 +116,7 @@ def test_turning_the_world_and_moving_it_far_away_changes_nothing() -> None:
     )
 
 
-def test_faces_that_look_the_other_way_in_the_file_are_the_same_face() -> None:
+def test_reversed_face_winding_gives_same_areas() -> None:
     corners = wavy()
     grid = create_grid(corners.reshape(-1, 3), EAST, NORTH, 0.5)
     assert sums(measure_faces(grid, corners[:, ::-1])) == pytest.approx(
@@ -135,7 +135,7 @@ def test_an_overhang_covers_a_cell_once() -> None:
     assert found.surface == pytest.approx(np.full(12, 0.5))
 
 
-def test_points_stand_for_squares() -> None:
+def test_points_represent_squares() -> None:
     y, x = np.mgrid[0:10, 0:20] * 0.1 + 0.05
     points = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
     found = measure_points(flat(2, 2), points, 0.1)
@@ -144,7 +144,7 @@ def test_points_stand_for_squares() -> None:
     assert found.covered == pytest.approx([0.1, 0.0, 0.1, 0.0])
 
 
-def test_nothing_and_rubbish_are_no_area() -> None:
+def test_empty_and_invalid_faces_have_no_area() -> None:
     assert measure_faces(flat(), np.zeros((0, 3, 3))).surface.sum() == 0.0
     broken = SQUARE.copy()
     broken[0, 0, 0] = np.nan
@@ -158,13 +158,13 @@ def test_nothing_and_rubbish_are_no_area() -> None:
 
 
 @pytest.mark.parametrize("cell", [0.0, -1.0, math.nan, math.inf, 1e-9])
-def test_cells_without_a_size_and_too_many_are_refused(cell: float) -> None:
+def test_invalid_cell_sizes_and_too_many_cells_are_refused(cell: float) -> None:
     code = "grid.too-many-cells" if cell == 1e-9 else "grid.cell-size"
     with refused(code, GeometryError, field="cell"):
         create_grid(wavy().reshape(-1, 3), EAST, NORTH, cell)
 
 
-def test_the_side_that_is_proposed_is_not_refused() -> None:
+def test_suggested_cell_size_is_accepted() -> None:
     points = wavy().reshape(-1, 3)
     with refused("grid.too-many-cells", GeometryError) as error:
         create_grid(points, EAST, NORTH, 0.001)

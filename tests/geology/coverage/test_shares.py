@@ -20,7 +20,7 @@ def line(*xy: tuple[float, float]) -> np.ndarray:
     return np.array([[x, y, 0.3] for x, y in xy])
 
 
-def test_areas_and_shares_by_mark() -> None:
+def test_areas_and_shares_are_summed_by_mark() -> None:
     covered = np.array([4.0, 4.0, 2.0, 4.0, 0.0, 2.0])
     found = measure_coverage(GRID, "ddeu-u", 2.0 * covered, covered)
     # The cell without any rock is none of them.
@@ -35,7 +35,7 @@ def test_areas_and_shares_by_mark() -> None:
     }
 
 
-def test_density_is_counted_over_done_and_empty_cells_alone() -> None:
+def test_density_is_computed_over_done_and_empty_cells() -> None:
     """Ten metres of lines; four of them, and one middle, in cells that count: 12 m2."""
     marks = "de-du-"
     lines = [line((0.0, 1.0), (6.0, 1.0)), line((3.0, 2.5), (3.0, 3.5)), line((5.0, 3.0))]
@@ -49,7 +49,7 @@ def test_density_is_counted_over_done_and_empty_cells_alone() -> None:
     assert by_code(found.reasons)["grid.empty-cells-with-features"] == {"cells": ("B2",)}
 
 
-def test_a_slanting_face_and_a_turned_world_give_the_same() -> None:
+def test_inclined_and_rotated_face_gives_same_density() -> None:
     turn = Rotation.from_euler("zx", [30.0, 60.0], degrees=True).as_matrix()
     far = np.array([5e5, 5e6, 100.0])
     moved = SquareGrid(far, turn @ EAST, turn @ NORTH, 2.0, 3, 2)
@@ -61,7 +61,7 @@ def test_a_slanting_face_and_a_turned_world_give_the_same() -> None:
     assert there.P21_1_per_m == pytest.approx(here.P21_1_per_m)
 
 
-def test_lengths_in_cells_as_shapely_cuts_them() -> None:
+def test_lengths_in_cells_match_shapely() -> None:
     rng = np.random.default_rng(2)
     cells = shapely.polygons(GRID.corners(np.arange(6))[..., :2])
     for _ in range(50):
@@ -71,18 +71,18 @@ def test_lengths_in_cells_as_shapely_cuts_them() -> None:
         assert [found.get(k, 0.0) for k in range(6)] == pytest.approx(wanted.tolist(), abs=1e-9)
 
 
-def test_a_line_from_far_away_and_one_without_length() -> None:
+def test_very_long_line_is_clipped_and_zero_length_line_has_no_cells() -> None:
     far = lengths_in_cells(GRID, line((-1e9, 1.0), (1e9, 1.0)))
     assert far == pytest.approx({0: 2.0, 1: 2.0, 2: 2.0}, rel=1e-5)
     assert lengths_in_cells(GRID, line((1.0, 1.0), (1.0, 1.0))) == {}
 
 
-def test_a_face_that_is_not_there_has_no_share() -> None:
+def test_face_without_cells_has_no_share() -> None:
     found = measure_coverage(GRID, "", np.zeros(6), np.zeros(6), [line((1.0, 1.0))])
     assert (found.cells, found.looked_at_share, found.P21_1_per_m) == (0, None, None)
 
 
-def test_cells_are_called_as_on_a_map() -> None:
+def test_cells_are_named_like_map_squares() -> None:
     assert [cell_name(GRID, k) for k in range(6)] == ["A2", "B2", "C2", "A1", "B1", "C1"]
     wide = SquareGrid(np.zeros(3), EAST, NORTH, 1.0, 800, 1)
     assert [cell_name(wide, k) for k in (25, 26, 701, 702)] == ["Z1", "AA1", "ZZ1", "AAA1"]

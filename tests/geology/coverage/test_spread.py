@@ -56,7 +56,7 @@ def made_pairs(
     return vectors, axes, [[i, k + i] for i in range(k)]
 
 
-def test_one_pair_is_its_angle_over_two_in_closed_form() -> None:
+def test_spread_of_one_pair_matches_closed_form() -> None:
     (one,) = group_structures(np.stack([UP, tilted(4.0)]), np.zeros((2, 2, 3)), [[0, 1]])
     spread = measure_spread([one])
     assert spread is not None
@@ -68,13 +68,13 @@ def test_one_pair_is_its_angle_over_two_in_closed_form() -> None:
     assert check_stated_errors([one]) is None
 
 
-def test_poles_are_axes_and_may_point_either_way() -> None:
+def test_poles_are_axes_independent_of_sign() -> None:
     for sign in (1.0, -1.0):
         (one,) = group_structures(np.stack([UP, sign * tilted(4.0)]), np.zeros((2, 2, 3)), [[0, 1]])
         assert one.squares() == pytest.approx(2.0 * np.radians(2.0) ** 2)
 
 
-def test_the_chi_square_of_a_pair_is_that_of_its_difference() -> None:
+def test_chi_square_of_pair_matches_its_difference() -> None:
     """Along the longer axis and across it, of unequal errors: d^2 / (s1^2 + s2^2)."""
     small = np.radians([[2.0, 1.0], [1.5, 0.5]])
     for toward_deg, column in ((0.0, 0), (90.0, 1)):
@@ -91,7 +91,7 @@ def test_the_chi_square_of_a_pair_is_that_of_its_difference() -> None:
         assert found.within95 == int(wanted <= scipy.stats.chi2.ppf(0.95, 2))
 
 
-def test_three_picks_share_two_repeats() -> None:
+def test_three_picks_give_two_repeats() -> None:
     vectors = np.stack([tilted(2.0, t) for t in (0.0, 120.0, 240.0)])
     (one,) = group_structures(vectors, np.zeros((3, 2, 3)), [[0, 1, 2]])
     assert one.squares() == pytest.approx(3.0 * np.radians(2.0) ** 2)
@@ -100,7 +100,7 @@ def test_three_picks_share_two_repeats() -> None:
     assert (spread.n, spread.sigma_deg) == (2, pytest.approx(np.sqrt(3.0)))
 
 
-def test_turning_the_world_changes_nothing() -> None:
+def test_rotation_changes_nothing() -> None:
     vectors, axes, groups = made_pairs(np.random.default_rng(1), 20, (3.0, 1.0))
     before = group_structures(vectors, axes, groups)
     turn = Rotation.from_euler("zyx", [30.0, 40.0, 80.0], degrees=True).as_matrix()
@@ -114,7 +114,7 @@ def test_turning_the_world_changes_nothing() -> None:
 
 
 @pytest.mark.full
-def test_a_known_sigma_is_found_and_its_interval_holds_it() -> None:
+def test_known_sigma_is_recovered_and_inside_its_interval() -> None:
     """500 experiments of 30 pairs with errors of 4 and 2 degrees."""
     rng = np.random.default_rng(7)
     truth = np.sqrt((4.0**2 + 2.0**2) / 2.0)
@@ -141,7 +141,7 @@ def test_a_known_sigma_is_found_and_its_interval_holds_it() -> None:
 
 
 @pytest.mark.full
-def test_errors_that_are_too_small_are_found_as_often_as_is_said() -> None:
+def test_underestimated_errors_are_detected_at_stated_rate() -> None:
     rng = np.random.default_rng(11)
     noticed, k = 0, 20
     free = 2 * k
@@ -154,7 +154,7 @@ def test_errors_that_are_too_small_are_found_as_often_as_is_said() -> None:
     assert 0.75 <= noticed / 400 <= 0.85
 
 
-def test_interpreters_who_differ_are_told_from_those_who_do_not() -> None:
+def test_differing_interpreters_are_detected() -> None:
     """The F of a one-way analysis of variance, of both axes together."""
     rng = np.random.default_rng(3)
     k, sigma = 15, 2.0
@@ -191,7 +191,7 @@ def test_interpreters_who_differ_are_told_from_those_who_do_not() -> None:
     assert one.squares() == pytest.approx(within + between_squares)
 
 
-def test_a_tenth_is_chosen_and_chosen_again() -> None:
+def test_tenth_of_traces_is_selected_reproducibly() -> None:
     ids = [f"trace-{i}" for i in range(95)]
     chosen = select_repeats(ids)
     assert len(chosen) == 10

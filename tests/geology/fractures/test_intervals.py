@@ -41,7 +41,7 @@ def test_equal_weights_have_the_exact_interval_of_poisson(n: int) -> None:
     assert high == pytest.approx(chi2.ppf(0.975, 2 * n + 2) / 4.0)
 
 
-def test_nothing_met_leaves_an_upper_limit() -> None:
+def test_no_traces_give_an_upper_limit() -> None:
     assert empty_interval(1.0) == pytest.approx((0.0, chi2.ppf(0.975, 2) / 2.0))
     assert density_interval(np.zeros(3), 1.0) == (0.0, None)
 
@@ -63,7 +63,7 @@ def test_many_independent_traces_tend_to_the_normal_interval() -> None:
     assert (high - low) / 2.0 == pytest.approx(half, rel=0.02)
 
 
-def test_pairs_at_one_place_have_twice_the_variance() -> None:
+def test_clustered_traces_have_larger_dispersion() -> None:
     rng = np.random.default_rng(2)
     places = rng.uniform(0.0, 10.0, (4000, 2))
     ratios = [
@@ -76,7 +76,7 @@ def test_pairs_at_one_place_have_twice_the_variance() -> None:
     assert np.mean([line_dispersion(along[i : i + 400], 10.0) for i in range(0, 3200, 400)]) > 7.0
 
 
-def test_even_gaps_are_regular_and_random_ones_seldom() -> None:
+def test_regular_gaps_are_detected_and_random_ones_rarely() -> None:
     rng = np.random.default_rng(3)
     assert are_regular(rng.gamma(10.0, 0.1, 12))
     assert not are_regular(np.full(3, 1.0))
@@ -84,7 +84,7 @@ def test_even_gaps_are_regular_and_random_ones_seldom() -> None:
     assert flagged == pytest.approx(0.05, abs=0.015)
 
 
-def test_the_interval_of_random_spacing_is_that_of_the_frequency() -> None:
+def test_interval_of_random_spacing_matches_frequency() -> None:
     places = np.sort(np.random.default_rng(4).uniform(0.0, 20.0, 30))
     crossings = find_crossings(across(places), np.array([line(20.0)]))
     statistics = measure_spacing(crossings, np.ones(30, np.bool_))
@@ -94,7 +94,7 @@ def test_the_interval_of_random_spacing_is_that_of_the_frequency() -> None:
     assert statistics.true_mean_95_m == pytest.approx(statistics.mean_95_m)
 
 
-def test_regular_spacing_is_known_better_than_random_one() -> None:
+def test_regular_spacing_has_narrow_interval() -> None:
     crossings = find_crossings(across(np.arange(0.5, 20.0)), np.array([line(20.0)]))
     statistics = measure_spacing(crossings, np.ones(20, np.bool_))
     assert statistics.mean_95_m == pytest.approx((1.0, 1.0))
@@ -103,7 +103,7 @@ def test_regular_spacing_is_known_better_than_random_one() -> None:
     assert statistics.dispersion < 0.1
 
 
-def test_a_second_scanline_across_the_same_traces_tells_nothing_new() -> None:
+def test_second_scanline_across_same_traces_adds_no_information() -> None:
     places = np.sort(np.random.default_rng(5).uniform(0.0, 20.0, 30))
     one, two = (
         measure_spacing(
@@ -119,7 +119,7 @@ def test_a_second_scanline_across_the_same_traces_tells_nothing_new() -> None:
     assert width_of_two > 0.9 * width_of_one
 
 
-def test_a_window_cuts_one_trace_into_pieces_that_belong_together() -> None:
+def test_pieces_of_one_trace_count_as_one_event() -> None:
     """A window with a gap sees each of six traces twice: six events of weight two."""
     area = SQUARE.difference(shapely.box(4.0, -1.0, 6.0, 11.0))
     traces = shapely.linestrings([[(1.0, y), (9.0, y)] for y in (1.0, 2.5, 4.0, 6.0, 7.5, 9.0)])

@@ -60,7 +60,7 @@ def cut_off(name: str, n: int, share: float, chance: np.random.Generator) -> tup
 
 @pytest.mark.full
 @pytest.mark.parametrize("name", ["exponential", "lognormal", "weibull"])
-def test_censored_fits_are_those_of_scipy(name: str) -> None:
+def test_censored_fits_match_scipy(name: str) -> None:
     lengths, cut = cut_off(name, 400, 0.3, np.random.default_rng(1))
     data = stats.CensoredData.right_censored(lengths, cut > 0)
     found = fit_law(law(name, lengths, cut), lengths, cut)
@@ -78,7 +78,7 @@ def test_censored_fits_are_those_of_scipy(name: str) -> None:
         assert (values["shape"], values["scale_m"]) == pytest.approx((shape, scale), rel=1e-3)
 
 
-def test_the_power_law_is_hills_estimator() -> None:
+def test_power_law_fit_matches_hill_estimator() -> None:
     lengths, cut = cut_off("power_law", 300, 0.1, np.random.default_rng(2))
     found = fit_law(law("power_law", lengths, cut), lengths, cut)
     assert found is not None
@@ -88,7 +88,7 @@ def test_the_power_law_is_hills_estimator() -> None:
 
 
 @pytest.mark.parametrize("name", sorted(TRUE))
-def test_density_survival_and_its_integral_belong_together(name: str) -> None:
+def test_density_survival_and_integral_are_consistent(name: str) -> None:
     true = TRUE[name][0]
     one = law(name, np.array([0.5, 1, 2, 3, 4.0]), np.zeros(5, np.int64))
     u = np.log(list(TRUE[name][1].values()))
@@ -100,7 +100,7 @@ def test_density_survival_and_its_integral_belong_together(name: str) -> None:
     assert math.exp(one.log_mean(u)) == pytest.approx(true.mean())
 
 
-def test_the_law_that_made_them_is_chosen() -> None:
+def test_generating_law_is_selected() -> None:
     for name in TRUE:
         lengths, cut = cut_off(name, 500, 0.3, np.random.default_rng(5))
         fits = fit_laws(lengths, cut)
@@ -119,7 +119,7 @@ def test_too_few_or_equal_lengths_are_not_fitted() -> None:
     assert fit_laws(np.arange(1.0, 9), np.ones(8, np.int64)) == []
 
 
-def test_kaplan_and_meier_by_hand() -> None:
+def test_kaplan_meier_matches_hand_calculation() -> None:
     """Lengths 1, 2+, 3, 4+, 5: S is 4/5, 8/15, 0."""
     mean, median = kaplan_meier(
         np.array([1.0, 2, 3, 4, 5]), np.array([False, True, False, True, False])
@@ -129,7 +129,7 @@ def test_kaplan_and_meier_by_hand() -> None:
     assert kaplan_meier(np.array([1.0, 2.0]), np.array([True, True])) == (None, None)
 
 
-def test_the_width_of_a_window_across_the_traces() -> None:
+def test_window_width_is_measured_across_the_traces() -> None:
     window = shapely.box(0, 0, 20, 10)
     east = clip_traces(shapely.linestrings([[[-5, 3], [25, 3]], [[2, 5], [9, 5]]]), window)
     found = fit_window(east, window)
@@ -156,7 +156,7 @@ NOTCHED = shapely.Polygon([(0, 0), (12, 0), (12, 6), (7, 4), (0, 6)])
 
 
 @pytest.mark.full
-def test_a_window_prefers_long_traces_and_the_figures_do_not() -> None:
+def test_window_bias_towards_long_traces_is_corrected() -> None:
     chance = np.random.default_rng(8)
     naive, by_chance, fitted, by_ends = [], [], [], []
     for _ in range(25):
@@ -176,7 +176,7 @@ def test_a_window_prefers_long_traces_and_the_figures_do_not() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.5])
 @pytest.mark.parametrize("name", sorted(TRUE))
-def test_stated_intervals_hold_the_truth_in_95_of_100(name: str, share: float) -> None:
+def test_stated_intervals_contain_truth_in_95_percent(name: str, share: float) -> None:
     """2,000 samples of 100 lengths: the table of docs/fractures.md."""
     chance = np.random.default_rng(11)
     true = TRUE[name][1]
@@ -197,7 +197,7 @@ def test_stated_intervals_hold_the_truth_in_95_of_100(name: str, share: float) -
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(TRUE))
-def test_windows_are_corrected_in_95_of_100(name: str) -> None:
+def test_window_corrected_intervals_contain_truth_in_95_percent(name: str) -> None:
     chance = np.random.default_rng(12)
     true, parameters = TRUE[name]
     held = dict.fromkeys([*parameters, "mean by ends"], 0)

@@ -29,7 +29,7 @@ def counts(statistics: object) -> tuple[int, int, int]:
     return nodes.I, nodes.Y, nodes.X
 
 
-def test_a_grid_of_traces_has_the_nodes_it_was_drawn_with() -> None:
+def test_grid_of_traces_has_expected_nodes() -> None:
     grid = lines(
         *([(1.0, y), (9.0, y)] for y in (2.0, 4.0, 6.0)),
         *([(x, 1.0), (x, 6.0)] for x in (3.0, 5.0)),  # they abut on the last of the others
@@ -41,7 +41,7 @@ def test_a_grid_of_traces_has_the_nodes_it_was_drawn_with() -> None:
     assert statistics.length.mean_m == statistics.length.naive_mean_m == pytest.approx(34 / 5)
 
 
-def test_pieces_end_at_the_edge_and_are_not_cut_at_nodes() -> None:
+def test_pieces_end_at_window_edge_and_not_at_nodes() -> None:
     traces = lines(
         [(-5, 5), (15, 5)],  # through
         [(5, 2), (5, 8)],  # inside, crosses it
@@ -82,7 +82,7 @@ def test_an_acute_overshoot_is_one_abutment() -> None:
     assert counts(fracture_network(traces, snap_m=0.05).statistics) == (3, 1, 0)
 
 
-def test_traces_that_meet_end_to_end_and_in_stars_are_no_nodes_of_the_three() -> None:
+def test_end_to_end_and_star_junctions_are_counted_separately() -> None:
     traces = lines(
         [(0, 0), (1, 0)], [(1, 0), (2, 1)], [(5, 0), (5, 2)], [(4, 1), (6, 1)], [(4, 0), (6, 2)]
     )
@@ -92,7 +92,7 @@ def test_traces_that_meet_end_to_end_and_in_stars_are_no_nodes_of_the_three() ->
     assert by_code(statistics.warnings)["fractures.other-nodes"] == {"count": 1}
 
 
-def test_a_trace_that_crosses_itself_is_one_piece_and_said() -> None:
+def test_self_crossing_trace_is_one_piece_and_reported() -> None:
     loop = lines([(-2, 3), (6, 3), (6, 6), (3, 6), (3, 1)])
     statistics = fracture_network(loop, SamplingRegion(SQUARE)).statistics
     assert statistics.pieces == 1
@@ -107,12 +107,12 @@ def test_a_closed_trace_has_no_ends() -> None:
     assert (statistics.pieces, counts(statistics)) == (1, (0, 0, 0))
 
 
-def test_traces_that_run_over_each_other_are_counted_and_said() -> None:
+def test_overlapping_traces_are_counted_and_reported() -> None:
     statistics = fracture_network(lines([(0, 0), (4, 0)], [(2, 0), (6, 0)])).statistics
     assert by_code(statistics.warnings)["fractures.overlaps"] == {"count": 1}
 
 
-def test_a_circle_is_one_in_area_and_length() -> None:
+def test_circular_window_has_exact_area_and_length() -> None:
     area = circle_area(3.0, -2.0, 5.0)
     assert area.area == pytest.approx(math.pi * 25, rel=1e-12)
     statistics = fracture_network(
@@ -136,7 +136,7 @@ def test_a_hole_in_the_area_is_not_counted() -> None:
     assert (counts(statistics), statistics.nodes.E) == ((2, 0, 0), 2)
 
 
-def test_a_window_without_traces_has_none_and_one_outside_the_map_is_refused() -> None:
+def test_empty_window_has_zero_density_and_window_off_map_is_refused() -> None:
     corners = lines([(0, 0), (1, 0)], [(20, 20), (21, 20)])
     statistics = fracture_network(corners, SamplingRegion(shapely.box(8, 8, 12, 12))).statistics
     assert (statistics.pieces, statistics.P21_1_per_m, statistics.length.mean_m) == (0, 0.0, None)
@@ -144,7 +144,7 @@ def test_a_window_without_traces_has_none_and_one_outside_the_map_is_refused() -
         fracture_network(corners, SamplingRegion(shapely.box(100, 100, 110, 110)))
 
 
-def test_figures_turn_and_grow_with_the_world() -> None:
+def test_results_scale_and_rotate_with_traces() -> None:
     """Turned by 30 degrees strikes are 30 degrees more; twice as large, P21 is half."""
     chance = np.random.default_rng(3)
     start = chance.uniform(-2, 12, (80, 2))
@@ -169,7 +169,7 @@ def test_figures_turn_and_grow_with_the_world() -> None:
 
 
 @pytest.mark.full
-def test_fifty_thousand_traces() -> None:
+def test_fifty_thousand_traces_have_expected_densities() -> None:
     chance = np.random.default_rng(4)
     start = chance.uniform(0, 1000, (50_000, 2))
     turn = chance.uniform(0, math.pi, 50_000)
@@ -184,7 +184,7 @@ def test_fifty_thousand_traces() -> None:
     assert statistics.X / area.area == pytest.approx(0.2**2 / math.pi, rel=0.03)
 
 
-def test_kb11_has_the_figures_of_fractopo(data_dir) -> None:
+def test_kb11_matches_fractopo(data_dir) -> None:
     """Nodes of fractopo 0.9 with truncated traces and snap_threshold 0.001: I 476, Y 826, X 268.
     707 traces, 709 pieces and the densities are those that came with the data."""
     drawn = read_lines(data_dir / "fracture_traces" / "KB11_traces.geojson")
@@ -202,7 +202,7 @@ def test_kb11_has_the_figures_of_fractopo(data_dir) -> None:
         assert statistics.length.longest_m == pytest.approx(33.1085306, rel=1e-8)
 
 
-def test_an_area_beyond_the_traces_is_said() -> None:
+def test_area_beyond_traces_is_reported() -> None:
     """Traces over a square of 10 m; the circle about a corner has a quarter of itself on it, that
     about the middle all."""
     lines = shapely.linestrings([[(0, k), (10, k)] for k in range(11)])

@@ -39,12 +39,12 @@ def shapes_of(lines) -> np.ndarray:
 
 
 @pytest.mark.parametrize("dip", [0.0, 5.0, 15.0])
-def test_pavements_are_maps(dip: float) -> None:
+def test_pavement_traces_have_no_plane(dip: float) -> None:
     assert find_trace_plane(traces_on_plane(Plane(130, dip))) is None
 
 
 @pytest.mark.parametrize("dip", [30.0, 60.0, 90.0])
-def test_traces_on_inclined_planes_have_that_plane(dip: float) -> None:
+def test_traces_on_inclined_plane_recover_that_plane(dip: float) -> None:
     plane = find_trace_plane(traces_on_plane(Plane(130, dip)))
     assert plane is not None
     assert (plane.dip_direction_deg, plane.dip_deg) == pytest.approx((130, dip), abs=1e-6)
@@ -52,7 +52,7 @@ def test_traces_on_inclined_planes_have_that_plane(dip: float) -> None:
     assert plane.shortening_percent == pytest.approx(0, abs=1e-7)
 
 
-def test_rough_pavements_are_maps_however_dense_their_vertices_are() -> None:
+def test_rough_pavement_has_no_plane_at_any_vertex_density() -> None:
     rng = np.random.default_rng(3)
     dense = []
     for a, b in traces_on_plane(Plane(0, 0)):
@@ -62,7 +62,7 @@ def test_rough_pavements_are_maps_however_dense_their_vertices_are() -> None:
     assert find_trace_plane(dense) is None
 
 
-def test_one_line_of_traces_along_a_path_is_a_map() -> None:
+def test_single_row_of_traces_along_path_has_no_plane() -> None:
     """They are stacked by the slope of the path, on a plane that nothing defines."""
     rng = np.random.default_rng(4)
     steps = np.arange(0.0, 40.0, 2.0)
@@ -73,7 +73,7 @@ def test_one_line_of_traces_along_a_path_is_a_map() -> None:
     assert find_trace_plane(lines) is None
 
 
-def test_level_traces_above_each_other_are_three_dimensional() -> None:
+def test_horizontal_traces_above_each_other_have_a_plane() -> None:
     """Bedding on a cliff does not climb, and falls together on a map."""
     rng = np.random.default_rng(5)
     lines = [
@@ -85,7 +85,7 @@ def test_level_traces_above_each_other_are_three_dimensional() -> None:
     assert plane.dip_deg > 85
 
 
-def test_traces_on_several_walls_have_the_map_and_a_large_scatter() -> None:
+def test_traces_on_several_walls_have_horizontal_plane_and_large_scatter() -> None:
     walls = [
         np.concatenate(traces_on_plane(Plane(azimuth, 90), 30, azimuth)).reshape(-1, 2, 3)
         for azimuth in (90, 210, 330)
@@ -98,14 +98,14 @@ def test_traces_on_several_walls_have_the_map_and_a_large_scatter() -> None:
     assert plane.scatter_m > 3
 
 
-def test_climbing_traces_on_one_line_are_refused() -> None:
+def test_climbing_collinear_traces_are_refused() -> None:
     lines = [AT + np.array([[s, 0, s], [s + 1, 0, s + 1]]) for s in (0.0, 2.0)]
     with pytest.raises(GeometryError) as refused:
         find_trace_plane(lines)
     assert refused.value.code == "lines.no-plane"
 
 
-def test_the_threshold_of_the_docstring() -> None:
+def test_threshold_matches_docstring() -> None:
     """Isotropic traces on a plane that dips 20 degrees climb 0.22, on a vertical one 0.64."""
     for dip, climb in ((MIN_DIP_DEG, 0.22), (90.0, 0.64)):
         lines = np.array(traces_on_plane(Plane(40, dip), 20_000))
@@ -135,7 +135,7 @@ def test_projections_keep_lengths_and_agree_with_the_window(attitude: tuple[floa
     assert back == pytest.approx(np.concatenate(lines), abs=1e-6)
 
 
-def test_equal_points_stay_equal_wherever_they_are_in_the_list() -> None:
+def test_equal_points_stay_equal_after_projection() -> None:
     """Joins and repeats are recognised by exact coordinates."""
     lines = traces_on_plane(Plane(123.4, 67.8))
     plane = TracePlane.from_attitude(Plane(123.4, 67.8), lines)
@@ -143,7 +143,7 @@ def test_equal_points_stay_equal_wherever_they_are_in_the_list() -> None:
     assert (plane.coordinates(np.concatenate(lines)) == np.concatenate(alone)).all()
 
 
-def test_the_map_is_projected_vertically_onto_a_slope_and_refused_on_a_wall() -> None:
+def test_map_window_is_projected_onto_slope_and_refused_on_wall() -> None:
     slope = TracePlane.from_attitude(Plane(90, 60), [np.array([AT])])
     square = np.array([shapely.box(*(AT[:2] - 1), *(AT[:2] + 1))], object)
     assert shapely.area(slope.project_window(square, "area", (90, 110)))[0] == pytest.approx(8)

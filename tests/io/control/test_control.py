@@ -35,7 +35,7 @@ def test_points_are_read_with_their_error_and_use(tmp_path: Path) -> None:
     ]
 
 
-def test_error_and_use_may_be_missing_and_semicolons_are_understood(tmp_path: Path) -> None:
+def test_error_and_use_are_optional_and_semicolons_are_accepted(tmp_path: Path) -> None:
     path = written(tmp_path, "Label;X;Y;Z\nA;1,5;2;3\nB;2;2;3\n")
     assert read_control(path)[0] == ControlPoint("A", (1.5, 2.0, 3.0))
 
@@ -49,7 +49,7 @@ def test_error_and_use_may_be_missing_and_semicolons_are_understood(tmp_path: Pa
         "Point ID;Easting (m);Northing (m);Elevation (m);sigma_e;sigma_n;sigma_h\n",
     ],
 )
-def test_names_that_other_programs_give_are_understood(tmp_path: Path, header: str) -> None:
+def test_column_names_of_other_programs_are_accepted(tmp_path: Path, header: str) -> None:
     between = "\t" if "\t" in header else ";" if ";" in header else " " if "  " in header else ","
     rows = [("T1", 1, 2, 3, 0.03, 0.03, 0.03), ("T2", 4, 5, 6, 0.03, 0.04, 0.05)]
     text = header + "".join(between.join(map(str, row)) + "\n" for row in rows)
@@ -59,7 +59,7 @@ def test_names_that_other_programs_give_are_understood(tmp_path: Path, header: s
     assert second.sigma_m == pytest.approx((0.005 / 3) ** 0.5)
 
 
-def test_points_without_a_header_stand_in_our_order(tmp_path: Path) -> None:
+def test_points_without_header_use_default_column_order(tmp_path: Path) -> None:
     assert read_control(written(tmp_path, "T1 1.5 2 3\nT2 4 5 6\n")) == [
         ControlPoint("T1", (1.5, 2.0, 3.0)),
         ControlPoint("T2", (4.0, 5.0, 6.0)),
@@ -91,7 +91,7 @@ def test_marks_are_read(tmp_path: Path) -> None:
         ("label,x,y,z\n,1,2,3\n", "table.value-missing", {"line": 2, "field": "label"}),
     ],
 )
-def test_what_is_wrong_in_a_table_is_named_with_its_place(
+def test_table_errors_are_reported_with_location(
     tmp_path: Path, text: str, code: str, values: dict[str, object]
 ) -> None:
     path = written(tmp_path, text)
@@ -99,7 +99,7 @@ def test_what_is_wrong_in_a_table_is_named_with_its_place(
         read_control(path)
 
 
-def test_a_point_marked_twice_in_a_photo_is_refused(tmp_path: Path) -> None:
+def test_point_marked_twice_in_one_photo_is_rejected(tmp_path: Path) -> None:
     path = written(tmp_path, "label,photo,x,y\nA,a.jpg,1,2\nA,b.jpg,1,2\nA,a.jpg,3,4\n")
     with refused("control.mark-repeated", photo="a.jpg", first_line=2):
         read_marks(path)
@@ -129,7 +129,7 @@ numbers = st.floats(-1e7, 1e7)
         unique_by=lambda point: point.label,
     )
 )
-def test_points_that_are_written_are_read_back(tmp_path: Path, points: list[ControlPoint]) -> None:
+def test_written_points_round_trip(tmp_path: Path, points: list[ControlPoint]) -> None:
     assert write_control(tmp_path / "control.csv", points) is None
     assert read_control(tmp_path / "control.csv") == points
 
@@ -149,12 +149,12 @@ def test_points_that_are_written_are_read_back(tmp_path: Path, points: list[Cont
         unique_by=lambda mark: (mark.label, mark.photo),
     )
 )
-def test_marks_that_are_written_are_read_back(tmp_path: Path, marks: list[Mark]) -> None:
+def test_written_marks_round_trip(tmp_path: Path, marks: list[Mark]) -> None:
     assert write_marks(tmp_path / "marks.csv", marks) is None
     assert read_marks(tmp_path / "marks.csv") == marks
 
 
-def test_a_table_with_more_in_it_is_put_aside_before_it_is_written(tmp_path: Path) -> None:
+def test_table_with_foreign_content_is_backed_up_before_overwriting(tmp_path: Path) -> None:
     path = written(tmp_path, "label,x,y,z,who\nA,1,2,3,Anna\n")
     kept = write_control(path, [ControlPoint("A", (1.0, 2.0, 4.0))])
     assert kept == tmp_path / "table.csv.bak"
@@ -177,7 +177,7 @@ def test_a_crs_without_a_code_is_kept(tmp_path: Path) -> None:
     assert agreed_crs(path, site) == crs
 
 
-def test_a_table_that_cannot_be_removed_is_said(
+def test_table_that_cannot_be_removed_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "control.csv"
@@ -192,7 +192,7 @@ def test_a_table_that_cannot_be_removed_is_said(
 
 
 @pytest.mark.parametrize("value", ["1e30", "-1e13", "1e300"])
-def test_a_point_that_is_nowhere_is_refused_by_its_label(tmp_path: Path, value: str) -> None:
+def test_point_with_invalid_coordinates_is_rejected_by_label(tmp_path: Path, value: str) -> None:
     path = written(tmp_path, f"label,x,y,z\nA,1,2,3\nB,4,{value},6\n")
     with refused("coordinate.out-of-range", file=path, field="B"):
         read_control(path)

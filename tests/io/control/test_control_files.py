@@ -70,19 +70,19 @@ def test_the_points_and_marks_of_saint_martin_are_read(data_dir: Path) -> None:
     assert sum(len(names) >= 2 for names in photos.values()) == 6
 
 
-def test_a_stated_error_is_that_of_one_coordinate(tmp_path: Path) -> None:
+def test_stated_error_is_per_coordinate(tmp_path: Path) -> None:
     path = written(tmp_path, micmac(point("A", "1 2 3", "0.03 0.04 0.05"), point("B", "4 5 6")))
     a, b = read_control(path)
     assert a.sigma_m == pytest.approx(np.sqrt((0.03**2 + 0.04**2 + 0.05**2) / 3))
     assert b == ControlPoint("B", (4.0, 5.0, 6.0))
 
 
-def test_comments_and_wrapped_texts_are_read_as_xml_means_them(tmp_path: Path) -> None:
+def test_xml_comments_cdata_and_entities_are_decoded(tmp_path: Path) -> None:
     text = micmac(point("<!-- of the mast --><![CDATA[A & B]]>", "1 <!-- east --> 2 &#51;"))
     assert read_control(written(tmp_path, text)) == [ControlPoint("A & B", (1.0, 2.0, 3.0))]
 
 
-def test_elements_inside_others_are_found_as_newer_versions_write_them(tmp_path: Path) -> None:
+def test_nested_elements_of_newer_versions_are_found(tmp_path: Path) -> None:
     text = f"<Global>{marked(mark('A', '1.5 2.5'), photo='dir/a.jpg')}</Global>"
     assert read_marks(written(tmp_path, text)) == [Mark("A", "dir/a.jpg", 1.5, 2.5)]
 
@@ -149,7 +149,7 @@ UNFOLDING += "]><x y='&a11;'/>"
         ("<", "file.damaged", {"format": "XML"}),
     ],
 )
-def test_what_is_wrong_in_xml_is_named_with_its_line_and_element(
+def test_xml_errors_are_reported_with_line_and_element(
     tmp_path: Path, text: str | bytes, code: str, values: dict[str, object]
 ) -> None:
     path = written(tmp_path, text)
@@ -171,7 +171,7 @@ def test_what_is_wrong_in_xml_is_named_with_its_line_and_element(
         (micmac(point("A", "1 2 3")), "control.only-points", {}),
     ],
 )
-def test_what_is_wrong_in_marks_is_named(
+def test_mark_errors_are_reported(
     tmp_path: Path, text: str, code: str, values: dict[str, object]
 ) -> None:
     with refused(code, **values):
@@ -187,7 +187,7 @@ ROWS = (
 
 
 @pytest.mark.parametrize("label", ["", " G1"])
-def test_photos_of_opendronemap_may_have_blanks_in_their_names(tmp_path: Path, label: str) -> None:
+def test_opendronemap_photo_names_may_contain_spaces(tmp_path: Path, label: str) -> None:
     rows = f"1 2 3 10 20 north face/DJI 0001.JPG{label}\n1 2 3 11 21 b.jpg{label}\n"
     path = written(tmp_path, f"EPSG:32633\n{rows}", "gcp_list.txt")
     marks = read_odm(path).marks
@@ -205,7 +205,7 @@ def test_photos_of_opendronemap_may_have_blanks_in_their_names(tmp_path: Path, l
         ("EPSG:32633+5773", "EPSG:32633"),
     ],
 )
-def test_a_list_of_opendronemap_brings_points_marks_and_projection(
+def test_opendronemap_list_gives_points_marks_and_crs(
     tmp_path: Path, header: str, crs: str
 ) -> None:
     path = written(tmp_path, f"{header}\n{ROWS}", "gcp_list.txt")
@@ -230,7 +230,7 @@ def test_a_list_may_begin_with_comments_and_blank_lines(tmp_path: Path, before: 
     assert find_control(tmp_path) == (path, path)
 
 
-def test_without_labels_marks_at_one_place_are_one_point(tmp_path: Path) -> None:
+def test_unlabelled_marks_at_one_position_are_one_point(tmp_path: Path) -> None:
     text = "EPSG:32633\n\n1 2 3 10 20 a.jpg\n4 5 6 1 1 a.jpg\n1 2 3 30 40 b.jpg\n"
     path = written(tmp_path, text, "gcp_list.txt")
     assert [(p.label, p.position[0]) for p in read_control(path)] == [("GCP1", 1.0), ("GCP2", 4.0)]
@@ -241,7 +241,7 @@ def test_without_labels_marks_at_one_place_are_one_point(tmp_path: Path) -> None
     ]
 
 
-def test_tabs_keep_names_with_blanks_whole(tmp_path: Path) -> None:
+def test_tab_separated_names_may_contain_spaces(tmp_path: Path) -> None:
     text = "EPSG:32633\n1\t2\t3\t10\t20\tmy photo.jpg\tthe nail\n"
     path = written(tmp_path, text, "gcp_list.txt")
     assert read_marks(path) == [Mark("the nail", "my photo.jpg", 10.0, 20.0)]
@@ -290,7 +290,7 @@ def test_degrees_become_metres_of_their_utm_zone(tmp_path: Path) -> None:
         ("+proj=rubbish +zone=2\n1 2 3 4 5 a.jpg\n", "frame.unknown-crs", {}),
     ],
 )
-def test_what_is_wrong_in_a_list_is_named(
+def test_list_errors_are_reported(
     tmp_path: Path, text: str, code: str, values: dict[str, object]
 ) -> None:
     path = written(tmp_path, text, "gcp_list.txt")
@@ -298,7 +298,7 @@ def test_what_is_wrong_in_a_list_is_named(
         read_control(path)
 
 
-def test_the_projection_of_a_list_is_not_overruled(tmp_path: Path) -> None:
+def test_crs_of_list_cannot_be_overridden(tmp_path: Path) -> None:
     path = written(tmp_path, f"EPSG:32633\n{ROWS}", "gcp_list.txt")
     assert agreed_crs(path, None) == "EPSG:32633"
     assert agreed_crs(path, "32633") == "EPSG:32633"
@@ -321,7 +321,7 @@ def test_a_table_may_state_its_crs_in_a_comment(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("code", ["4326", "4979"])
-def test_a_table_in_degrees_is_told_to_be_in_metres(tmp_path: Path, code: str) -> None:
+def test_table_in_degrees_is_rejected(tmp_path: Path, code: str) -> None:
     path = written(tmp_path, f"# levelled\n# EPSG:{code}\nlabel,x,y,z\nA,15,45,3\n", "a.csv")
     for asked in (None, "EPSG:32633"):
         with refused("frame.not-projected", field="CRS"):
@@ -360,7 +360,7 @@ def test_markers_of_metashape_are_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("stated", "crs"), [("<reference>EPSG:32634</reference>", "EPSG:32634"), ("", None)]
 )
-def test_the_crs_is_that_of_the_chunk_with_the_markers(
+def test_crs_is_taken_from_the_chunk_with_markers(
     tmp_path: Path, stated: str, crs: str | None
 ) -> None:
     marker = '<marker id="0" label="A"><reference x="1" y="2" z="3"/></marker>'
@@ -385,21 +385,21 @@ def test_the_crs_is_that_of_the_chunk_with_the_markers(
         ("markers>", "lost>", "control.no-chunk", {}),
     ],
 )
-def test_what_is_wrong_in_markers_is_named(
+def test_marker_errors_are_reported(
     tmp_path: Path, old: str, new: str, code: str, values: dict[str, object]
 ) -> None:
     with refused(code, **values):
         read_control(written(tmp_path, METASHAPE.replace("::", ":").replace(old, new)))
 
 
-def test_a_mark_in_a_camera_that_is_not_there_is_named(tmp_path: Path) -> None:
+def test_mark_in_unknown_camera_is_reported(tmp_path: Path) -> None:
     text = METASHAPE.replace('camera_id="7"', 'camera_id="9"')
     with refused("control.unknown-key", name="camera_id", key="9"):
         read_marks(written(tmp_path, text))
 
 
 # --- names and places --------------------------------------------------------------------------
-def test_photos_are_found_by_their_last_part_and_without_their_ending() -> None:
+def test_photos_are_matched_by_file_name_and_without_extension() -> None:
     find = photo_finder(["left/a.JPG", "right/a.JPG", "left/b.jpg", "c.tif", "c.jpg"])
     assert find("right/a.JPG") == 1
     assert find("a.JPG") is None, "of two photos"
@@ -409,7 +409,7 @@ def test_photos_are_found_by_their_last_part_and_without_their_ending() -> None:
     assert find("b.tif") is None
 
 
-def test_control_beside_the_photos_is_found_where_its_marks_are_too(tmp_path: Path) -> None:
+def test_control_beside_photos_is_found_only_with_its_marks(tmp_path: Path) -> None:
     photos = tmp_path / "photos"
     photos.mkdir()
     written(tmp_path, "label,x,y,z\n", "control.csv")
@@ -429,7 +429,7 @@ MARKS_OF_MICMAC = """<?xml version="1.0" ?>
 </SetOfMesureAppuisFlottants>"""
 
 
-def test_control_of_micmac_is_found_beside_the_photos_by_what_it_contains(tmp_path: Path) -> None:
+def test_micmac_control_beside_photos_is_found_by_content(tmp_path: Path) -> None:
     photos = tmp_path / "photos"
     photos.mkdir()
     assert find_program_control(photos) is None
@@ -443,7 +443,7 @@ def test_control_of_micmac_is_found_beside_the_photos_by_what_it_contains(tmp_pa
     assert find_program_control(photos) is None, "of two files nobody knows which is meant"
 
 
-def test_longitude_and_latitude_exchanged_are_named(tmp_path: Path) -> None:
+def test_swapped_longitude_and_latitude_are_reported(tmp_path: Path) -> None:
     """A list of OpenDroneMap in degrees; beyond 90 degrees by itself, else by the CRS asked for."""
     far = "EPSG:4326\n47.5 -122.2 30 100 200 a.jpg p1\n47.6 -122.3 31 110 210 b.jpg p2\n"
     with pytest.raises(InputError) as refused:

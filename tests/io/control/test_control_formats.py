@@ -59,7 +59,9 @@ def require_theirs_is_read(photos: Path) -> None:
     assert find_control(photos) == (path, path)
 
 
-def test_a_format_is_one_module_among_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_format_can_be_a_module_in_the_formats_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "a_station.py").write_text(THEIRS)
     (tmp_path / "_part.py").write_text("raise AssertionError\n")
     monkeypatch.setattr(formats, "__path__", [*formats.__path__, str(tmp_path)])
@@ -75,7 +77,7 @@ def test_a_format_of_another_package_reads_its_files(
     require_theirs_is_read(tmp_path)
 
 
-def test_a_broken_package_does_not_stop_ours(
+def test_broken_plugin_does_not_disable_builtin_formats(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     offer(monkeypatch)
@@ -92,7 +94,7 @@ def test_a_broken_package_does_not_stop_ours(
     assert read_control(path) == [ControlPoint("A", (1.0, 2.0, 3.0))]
 
 
-def test_the_marks_of_micmac_are_found_by_what_is_in_them(tmp_path: Path) -> None:
+def test_micmac_marks_are_found_by_content(tmp_path: Path) -> None:
     points, marks = tmp_path / "Ground-Pts3D.xml", tmp_path / "measures.XML"
     points.write_text("<DicoAppuisFlottant></DicoAppuisFlottant>")
     (tmp_path / "camera.xml").write_text("<ExportAPERO></ExportAPERO>")

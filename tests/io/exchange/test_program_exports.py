@@ -80,7 +80,7 @@ def movement(row: dict[str, str]) -> np.ndarray:
     return line if np.sign(line @ right) == wanted else -line
 
 
-def test_faultkin_tells_every_sense_of_slip(specimen, tmp_path) -> None:
+def test_faultkin_export_has_correct_slip_sense(specimen, tmp_path) -> None:
     from vomstudio.geology.orientation import slip_from_rake
 
     made = export_project(specimen, "faultkin", tmp_path / "f.txt")
@@ -94,23 +94,23 @@ def test_faultkin_tells_every_sense_of_slip(specimen, tmp_path) -> None:
     assert {r["slip_sense"] for r in made.rows} == {"normal", "reverse", "sinistral", "dextral"}
 
 
-def test_the_letters_of_a_slip() -> None:
+def test_faultkin_sense_letters_follow_the_rake() -> None:
     rakes = {30: "TL", 150: "TR", -30: "NL", -150: "NR", 0: "NL", 180: "NR", 90: "TL", -90: "NL"}
     assert {rake: faultkin_sense(rake) for rake in rakes} == rakes
 
 
-def test_what_has_no_slip_is_left_out_and_named(specimen, tmp_path) -> None:
+def test_features_without_slip_are_skipped_and_listed(specimen, tmp_path) -> None:
     made = export_project(specimen, "faultkin", tmp_path / "f.txt")
     assert "B01" in {item["name"] for item in made.skipped}
 
 
-def test_a_project_without_slips_is_refused(mapped, tmp_path) -> None:
+def test_project_without_slips_is_rejected(mapped, tmp_path) -> None:
     with pytest.raises(InputError, match="faultkin"):
         export_project(mapped, "faultkin", tmp_path / "f.txt")
     assert not (tmp_path / "f.txt").exists()
 
 
-def test_wintensor_has_unknown_senses_too(specimen, tmp_path) -> None:
+def test_wintensor_export_includes_unknown_senses(specimen, tmp_path) -> None:
     export_project(specimen, "wintensor", tmp_path / "w.txt")
     rows = rows_of(tmp_path / "w.txt", "\t")
     assert {row["Sense"] for row in rows} == set("NISDX")
@@ -131,7 +131,7 @@ def test_stereonet_has_a_file_of_planes_and_one_of_lines(specimen, tmp_path) -> 
     assert len(lines) + len(planes) == len(made.rows)
 
 
-def test_orient_holds_planes_and_lines_under_its_names(specimen, tmp_path) -> None:
+def test_orient_export_has_planes_and_lines_under_orient_column_names(specimen, tmp_path) -> None:
     made = export_project(specimen, "orient", tmp_path / "o.tsv")
     rows = rows_of(tmp_path / "o.tsv", "\t")
     assert len(rows) == len(made.rows)
@@ -194,7 +194,7 @@ def test_gems_has_the_fields_of_the_standard(specimen, tmp_path) -> None:
     assert {row["Symbol"] for row in overturned if row["Type"] == "bedding"} == {"06.04"}
 
 
-def test_overturned_beds_have_a_hook_in_drawings_and_globes(specimen, mapped, tmp_path) -> None:
+def test_overturned_beds_have_a_hook_in_drawings_and_kml(specimen, mapped, tmp_path) -> None:
     import ezdxf
 
     made = export_project(specimen, "dxf", tmp_path / "d.dxf")
@@ -226,7 +226,7 @@ def test_overturned_beds_have_a_hook_in_drawings_and_globes(specimen, mapped, tm
     assert any(map(turned, symbols))
 
 
-def test_geojson_is_in_degrees_and_leads_back_to_the_outcrop(mapped, tmp_path) -> None:
+def test_geojson_export_is_in_degrees_and_round_trips(mapped, tmp_path) -> None:
     """RFC 7946: longitude and latitude in WGS 84, and no member `crs`."""
     made = export_project(mapped, "geojson", tmp_path / "g.geojson")
     held = json.loads((tmp_path / "g.geojson").read_text("utf-8"))
@@ -258,7 +258,7 @@ def test_projected_geojson_is_read_by_gdal_in_the_crs_of_the_project(mapped, tmp
     assert held["features"][1]["properties"]["set"] == "Ä"
 
 
-def test_geojson_of_a_local_frame_says_that_it_has_no_crs(specimen, tmp_path) -> None:
+def test_geojson_in_local_frame_warns_about_missing_crs(specimen, tmp_path) -> None:
     made = export_project(specimen, "geojson", tmp_path / "g.geojson")
     held = json.loads((tmp_path / "g.geojson").read_text("utf-8"))
     assert "crs" in held
@@ -290,7 +290,7 @@ def test_balloons_of_kml_have_names_and_rounded_values(mapped, tmp_path) -> None
     assert float(str(held["x"][1])) == pytest.approx(made.rows[0]["x"], abs=1e-3)
 
 
-def test_kml_lies_where_the_outcrop_lies(mapped, tmp_path) -> None:
+def test_kml_positions_match_the_outcrop(mapped, tmp_path) -> None:
     from pyproj import Transformer
 
     made = export_project(mapped, "kml", tmp_path / "k.kml")
@@ -309,13 +309,13 @@ def test_kml_lies_where_the_outcrop_lies(mapped, tmp_path) -> None:
     assert names == ["planes", "traces"]
 
 
-def test_kml_of_a_local_frame_is_refused_with_the_remedy(specimen, tmp_path) -> None:
+def test_kml_export_in_local_frame_is_rejected(specimen, tmp_path) -> None:
     with refused("kml.no-crs"):
         export_project(specimen, "kml", tmp_path / "k.kml")
 
 
 @pytest.mark.parametrize("format_", ["orient", "gems", "gempy"])
-def test_words_do_not_break_columns(mapped, tmp_path, format_) -> None:
+def test_text_values_do_not_break_columns(mapped, tmp_path, format_) -> None:
     made = export_project(mapped, format_, tmp_path / "x.txt")
     delimiter = "\t" if format_ == "orient" else ","
     rows = rows_of(tmp_path / "x.txt", delimiter)

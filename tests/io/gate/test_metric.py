@@ -37,7 +37,9 @@ def codes(crs: str, longitude: float, latitude: float) -> set[str]:
         ("EPSG:3035", 12.5, 36.0),
     ],
 )
-def test_a_distorting_projection_is_refused_with_a_metric_one(crs, longitude, latitude) -> None:
+def test_distorting_projection_is_rejected_with_a_metric_suggestion(
+    crs, longitude, latitude
+) -> None:
     with pytest.raises(InputError) as refused:
         check_metric(crs, box(crs, longitude, latitude))
     assert refused.value.code == "frame.not-metric"
@@ -58,12 +60,12 @@ def test_a_distorting_projection_is_refused_with_a_metric_one(crs, longitude, la
         ("EPSG:32632", 16.0, 41.0, {"frame.outside-area"}),
     ],
 )
-def test_a_nearly_true_projection_stays_usable(crs, longitude, latitude, expected) -> None:
+def test_nearly_metric_projection_is_accepted(crs, longitude, latitude, expected) -> None:
     assert codes(crs, longitude, latitude) == expected
 
 
 @pytest.mark.parametrize("crs", ["EPSG:3857", "EPSG:3035", "EPSG:6933", "EPSG:32632", "EPSG:2264"])
-def test_the_scale_is_that_of_distances_on_the_ellipsoid(crs) -> None:
+def test_map_scale_matches_distances_on_the_ellipsoid(crs) -> None:
     longitude, latitude = (-80.0, 35.5) if crs == "EPSG:2264" else (17.0, 41.0)
     bounds = box(crs, longitude, latitude)
     back = Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
@@ -84,7 +86,7 @@ def test_the_scale_is_that_of_distances_on_the_ellipsoid(crs) -> None:
     assert scale.anisotropy == pytest.approx(expected, abs=2.0 * tolerance)
 
 
-def test_utm_zones_are_accepted_without_proj_only_where_proj_accepts_them() -> None:
+def test_quick_utm_check_accepts_only_areas_that_proj_accepts() -> None:
     chance = np.random.default_rng(3)
     for _ in range(300):
         crs = f"EPSG:32{chance.choice(['6', '7'])}33"
@@ -99,7 +101,7 @@ def test_utm_zones_are_accepted_without_proj_only_where_proj_accepts_them() -> N
         assert bool(quick) == (not scale.is_in_area)
 
 
-def test_the_limit_is_half_a_percent() -> None:
+def test_max_scale_error_is_half_a_percent() -> None:
     assert MAX_SCALE_ERROR == 0.005
 
 
@@ -114,6 +116,6 @@ def test_the_limit_is_half_a_percent() -> None:
         ([0.0, 91.0, 0.0], [0.01, 91.01, 50.0], False),
     ],
 )
-def test_degrees_beside_metres_are_noticed(low, high, expected) -> None:
+def test_probable_degrees_are_reported(low, high, expected) -> None:
     found = degrees_finding(np.array([low, high]))
     assert (found is not None and found.code == "frame.maybe-degrees") == expected

@@ -51,7 +51,9 @@ def write(tmp_path: Path) -> Write:
         ("X,Y,Z,azimuth,dip,polarity,formation\n0,0,0,120,30,1,a\n", {}),
     ],
 )
-def test_a_plane_in_the_columns_of_others(write: Write, text: str, options: dict) -> None:
+def test_planes_are_read_from_columns_of_other_programs(
+    write: Write, text: str, options: dict
+) -> None:
     found = read_orientations(write(text), **options)
     assert found.is_plane.tolist() == [True]
     assert found.dip_direction_deg == pytest.approx([120.0], abs=1e-6)
@@ -72,7 +74,9 @@ def test_a_plane_in_the_columns_of_others(write: Write, text: str, options: dict
         ("120 30\n", {"columns": {"1": "trend", "2": "plunge"}}),
     ],
 )
-def test_a_line_in_the_columns_of_others(write: Write, text: str, options: dict) -> None:
+def test_lines_are_read_from_columns_of_other_programs(
+    write: Write, text: str, options: dict
+) -> None:
     found = read_orientations(write(text), **options)
     assert found.is_plane.tolist() == [False]
     assert (found.trend_deg[0], found.plunge_deg[0]) == pytest.approx((120.0, 30.0))
@@ -81,16 +85,14 @@ def test_a_line_in_the_columns_of_others(write: Write, text: str, options: dict)
 @pytest.mark.parametrize(
     "text", ["azi,inc\n113,47\n", "113 47\n", "fazi,finc,lazi,linc\n90,60,90,60\n"]
 )
-def test_an_ambiguous_azimuth_is_refused_with_the_option_that_decides(
-    write: Write, text: str
-) -> None:
+def test_ambiguous_azimuth_is_rejected_with_a_working_option(write: Write, text: str) -> None:
     with refused("orientation.ambiguous-azimuth", UsageError) as error:
         read_orientations(write(text))
     example = error.value.to_dict()["example"]
     assert len(read_orientations(write(text), columns=parse_columns(example))) == 1
 
 
-def test_two_conventions_in_one_column_are_named(write: Write) -> None:
+def test_two_conventions_in_one_column_are_reported(write: Write) -> None:
     found = read_orientations(write("bedding\nN30E/45SE\n120/30\n125/31\n"))
     finding = by_code(found.warnings)["orientation.two-conventions"]
     assert (finding["count"], finding["other_count"]) == (2, 1)
@@ -103,7 +105,7 @@ def test_further_axes_of_a_magnetic_fabric_are_reported(write: Write) -> None:
     assert by_code(found.warnings)["orientation.other-axes"]["axes"] == ("K3",)
 
 
-def test_normals_without_a_direction_are_left_out_and_those_of_loopstructural_point_up_section(
+def test_zero_normals_are_dropped_and_loopstructural_normals_point_younging(
     write: Write,
 ) -> None:
     head = "feature_name,nx,ny,nz,interface\n"
@@ -115,12 +117,12 @@ def test_normals_without_a_direction_are_left_out_and_those_of_loopstructural_po
 
 
 @pytest.mark.parametrize("text", ["azi", "azi=", "=dip", "azi=dip,inc"])
-def test_a_mapping_of_another_form_is_refused(text: str) -> None:
+def test_malformed_column_mapping_is_rejected(text: str) -> None:
     with refused("columns.invalid", UsageError, field="--columns"):
         parse_columns(text)
 
 
-def test_unknown_meanings_and_columns_are_refused(write: Write) -> None:
+def test_unknown_meanings_and_columns_are_rejected(write: Write) -> None:
     with refused("columns.unknown-meaning", UsageError):
         parse_columns("azi=colour")
     assert parse_columns("azi=dipdir") == {"azi": "dip_direction"}
@@ -128,7 +130,7 @@ def test_unknown_meanings_and_columns_are_refused(write: Write) -> None:
         read_orientations(write("azi,inc\n1,2\n"), columns={"az": "strike"})
 
 
-def test_azimuths_alone_are_enough_if_the_caller_says_so(write: Write) -> None:
+def test_azimuths_alone_are_accepted_if_requested(write: Write) -> None:
     found = read_orientations(write("strike\n30\n40\n"), azimuth_only=True)
     assert found.dip_direction_deg.tolist() == [120.0, 130.0]
     assert np.isnan(found.dip_deg).all()
@@ -163,7 +165,7 @@ METRES = np.array([[500000.0, 5000000.0, 100.0], [500010.0, 5000003.0, 101.0]])
 
 
 @pytest.mark.parametrize("name", ["a.gpkg", "a.shp", "a.geojson"])
-def test_the_attributes_of_points_are_a_table(tmp_path: Path, name: str) -> None:
+def test_point_layer_attributes_are_read_as_a_table(tmp_path: Path, name: str) -> None:
     found = read_orientations(write_layer(tmp_path / name, "EPSG:32633", METRES))
     assert found.dip_direction_deg.tolist() == [80.0, 100.0]
     assert found.kinds == ("bedding", "joint")
@@ -241,7 +243,7 @@ def specimen(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("gems", "csv"),
     ],
 )
-def test_planes_and_lines_of_an_export_come_back(
+def test_exported_planes_and_lines_round_trip(
     specimen: Path, tmp_path: Path, format_: str, suffix: str
 ) -> None:
     target = tmp_path / f"x.{suffix}"
@@ -271,7 +273,7 @@ def test_planes_and_lines_of_an_export_come_back(
 
 
 @pytest.mark.parametrize("format_", ["faultkin", "wintensor"])
-def test_faults_of_an_export_come_back_as_planes(
+def test_exported_faults_are_read_back_as_planes(
     specimen: Path, tmp_path: Path, format_: str
 ) -> None:
     exported = export_project(specimen, format_, tmp_path / "x.txt")
@@ -294,13 +296,13 @@ def test_faults_of_an_export_come_back_as_planes(
         ("90 60 90 60 2\n", {"columns": parse_columns("1=dipdir,2=dip,3=trend,4=plunge,5=sense")}),
     ],
 )
-def test_a_fault_without_the_usual_header(write: Write, text: str, options: dict) -> None:
+def test_fault_without_usual_header_is_read(write: Write, text: str, options: dict) -> None:
     found = read_slips(write(text), **options)
     assert (found.dip_direction_deg[0], found.dip_deg[0]) == (90.0, 60.0)
     assert found.slip_rake_deg.tolist() == [-90.0]
 
 
-def test_signed_senses_are_those_of_the_hanging_wall(write: Write) -> None:
+def test_signed_slip_senses_refer_to_the_hanging_wall(write: Write) -> None:
     found = read_slips(write("strike,dip,rake,sense\n0,60,90,1\n0,60,90,-1\n"))
     assert found.slip_rake_deg.tolist() == [-90.0, 90.0]
     assert "slip.signed-senses" in by_code(found.warnings)
@@ -315,6 +317,6 @@ def test_the_polarity_of_gempy_and_map2loop_marks_overturned_beds(write: Write) 
 
 
 @pytest.mark.parametrize("text", ["90 60 90 60 2\n", "fazi,finc,rake,sense\n90,60,90,N\n"])
-def test_the_azimuth_of_a_fault_is_asked_for(write: Write, text: str) -> None:
+def test_ambiguous_fault_azimuth_is_rejected(write: Write, text: str) -> None:
     with refused("orientation.ambiguous-azimuth", UsageError):
         read_slips(write(text))

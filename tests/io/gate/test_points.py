@@ -66,7 +66,7 @@ def test_axes_have_the_units_of_the_prj(table: Path, crs, factors, expected) -> 
 
 
 @pytest.mark.parametrize("heights", ["m", "us-ft"])
-def test_a_state_plane_in_feet_is_brought_to_metres(table: Path, heights: str) -> None:
+def test_state_plane_in_feet_is_converted_to_metres(table: Path, heights: str) -> None:
     crs = {"us-ft": "EPSG:2263", "m": "EPSG:2263+5703"}[heights]
     metric = bed(300_000.0, 60_000.0)
     factors = [1.0 / FEET, 1.0 / FEET, 1.0 / METRES_PER_UNIT[heights]]
@@ -111,13 +111,13 @@ def test_points_of_a_model_are_converted_to_its_crs(table: Path) -> None:
     assert found.crs == ZONE
 
 
-def test_points_without_a_frame_are_in_the_world_of_their_model(table: Path) -> None:
+def test_points_without_frame_use_the_world_frame_of_their_model(table: Path) -> None:
     found = placed(bed(), table, model=ModelFrame(ZONE))
     assert (found.crs, codes(found)) == (ZONE, [])
     assert (found.points == bed()).all()
 
 
-def test_a_frame_beside_a_model_without_one_is_reported(table: Path) -> None:
+def test_frame_of_table_beside_model_without_crs_is_reported(table: Path) -> None:
     write_prj(table, ZONE)
     assert codes(placed(bed(), table, model=ModelFrame())) == ["frame.model-without-crs"]
 
@@ -130,7 +130,7 @@ def test_a_frame_beside_a_model_without_one_is_reported(table: Path) -> None:
         ("EPSG:3857", "frame.not-metric"),
     ],
 )
-def test_what_is_not_metric_is_refused(table: Path, crs: str, code: str) -> None:
+def test_non_metric_frame_is_rejected(table: Path, crs: str, code: str) -> None:
     points = bed() if code != "frame.degrees" else bed() * [3e-5, 9e-6, 1.0]
     write_prj(table, crs)
     with pytest.raises(InputError) as error:
@@ -138,14 +138,14 @@ def test_what_is_not_metric_is_refused(table: Path, crs: str, code: str) -> None
     assert error.value.code == code
 
 
-def test_exchanged_columns_are_recognised(table: Path) -> None:
+def test_swapped_columns_are_detected(table: Path) -> None:
     write_prj(table, ZONE)
     with pytest.raises(InputError) as error:
         placed(bed()[:, [1, 0, 2]], table)
     assert error.value.code == "frame.swapped-axes"
 
 
-def test_exchanged_degrees_are_recognised(table: Path) -> None:
+def test_swapped_degrees_are_detected(table: Path) -> None:
     exchanged = convert(bed(), "EPSG:4326")[:, [1, 0, 2]]
     write_prj(table, "EPSG:4326")
     with pytest.raises(InputError) as error:
@@ -161,7 +161,7 @@ def test_a_table_without_a_frame_is_assumed_to_be_metric(table: Path) -> None:
     assert not placed(bed(), table, comments=("CRS: local; x East, y North, metres",)).findings
 
 
-def test_degrees_beside_metres_are_noticed(table: Path) -> None:
+def test_probable_degrees_are_reported(table: Path) -> None:
     assert "frame.maybe-degrees" in codes(placed(bed(0.0, 0.0) * [3e-5, 9e-6, 1.0], table))
 
 
@@ -172,13 +172,13 @@ def test_the_unit_option_scales_all_axes(table: Path, unit: str) -> None:
     assert found.points == pytest.approx(points, abs=1e-9)
 
 
-def test_y_up_is_turned(table: Path) -> None:
+def test_y_up_points_are_rotated_to_z_up(table: Path) -> None:
     points = bed()
     y_up = np.column_stack([points[:, 0], points[:, 2], -points[:, 1]])
     assert placed(y_up, table, FrameOptions(up="y")).points == pytest.approx(points)
 
 
-def test_options_that_contradict_the_table_are_refused(table: Path) -> None:
+def test_options_contradicting_the_table_are_rejected(table: Path) -> None:
     write_prj(table, ZONE)
     with pytest.raises(UsageError):
         placed(bed(), table, FrameOptions(unit="ft"))
@@ -196,7 +196,7 @@ def test_an_unknown_crs_is_reported(table: Path) -> None:
     assert codes(placed(bed(), table)) == ["frame.crs-unreadable", "frame.assumed"]
 
 
-def test_rows_without_coordinates_pass(table: Path) -> None:
+def test_rows_without_coordinates_stay_nan(table: Path) -> None:
     write_prj(table, ZONE)
     points = bed()
     points[3] = np.nan
@@ -219,11 +219,11 @@ def test_rows_without_coordinates_pass(table: Path) -> None:
         (("nothing",), None),
     ],
 )
-def test_a_crs_in_comments(comments: tuple[str, ...], text: str | None) -> None:
+def test_crs_is_read_from_comments(comments: tuple[str, ...], text: str | None) -> None:
     assert parse_crs_comments(comments).text == text
 
 
-def test_a_given_unit_replaces_that_of_a_local_system_once(tmp_path: Path) -> None:
+def test_given_unit_replaces_unit_of_local_crs(tmp_path: Path) -> None:
     """A model and a table state a local system in feet; --unit ft says the same again."""
     wkt = 'LOCAL_CS["site",UNIT["foot",0.3048],AXIS["x",EAST],AXIS["y",NORTH]]'
     feet = bed(0.0, 0.0) / METRES_PER_UNIT["ft"]

@@ -105,7 +105,9 @@ MIXED = {
 
 @pytest.mark.parametrize("how", MIXED)
 @pytest.mark.parametrize("ending", ["las", "laz"])
-def test_heights_in_feet_over_metres_keep_the_dip(tmp_path: Path, how: str, ending: str) -> None:
+def test_heights_in_feet_with_horizontal_metres_keep_the_dip(
+    tmp_path: Path, how: str, ending: str
+) -> None:
     path = write_las(tmp_path / f"a.{ending}", slope(30, 1, US_FT), **MIXED[how])
     loaded = read_model(path)
     assert dip_of(loaded.data.points) == pytest.approx(30, abs=0.01)
@@ -130,7 +132,9 @@ def test_heights_in_feet_over_metres_keep_the_dip(tmp_path: Path, how: str, endi
         (CAROLINA, CAROLINA_NUMBERS, "us-ft", US_FT),
     ],
 )
-def test_the_unit_of_keys_reaches_world(tmp_path: Path, keys, numbers, unit, metres) -> None:
+def test_geokey_unit_is_applied_to_world_coordinates(
+    tmp_path: Path, keys, numbers, unit, metres
+) -> None:
     path = write_las(tmp_path / "a.las", slope(30, metres, metres), keys=keys, numbers=numbers)
     loaded = read_model(path)
     assert loaded.units == (unit, unit, unit)
@@ -144,7 +148,7 @@ def test_the_unit_of_keys_reaches_world(tmp_path: Path, keys, numbers, unit, met
     assert dip_of(world.points) == pytest.approx(30, abs=0.01)
 
 
-def test_a_system_by_parameters_projects_as_its_code_does() -> None:
+def test_crs_from_geokey_parameters_projects_like_its_epsg_code() -> None:
     """Against pyproj's own EPSG:2264, at a place in North Carolina."""
     from pyproj import Transformer
 
@@ -170,7 +174,7 @@ def test_a_system_by_parameters_projects_as_its_code_does() -> None:
         ("EPSG:4978", ("m", "m", "m")),
     ],
 )
-def test_every_axis_has_the_unit_that_the_system_states(version, code, units) -> None:
+def test_axis_units_match_the_crs(version, code, units) -> None:
     # WKT 1 has no place for the third axis of these.
     three = code in ("EPSG:4978", "EPSG:4979")
     text = CRS.from_user_input(code).to_wkt("WKT2_2019" if three else version)
@@ -217,7 +221,9 @@ def write_tif(path: Path, flat_m: float, high_m: float, crs: str | None, **more)
         ]
     ),
 )
-def test_height_models_in_feet(tmp_path, kind, geotiff, crs, flat, high, unit, units) -> None:
+def test_height_models_in_feet_are_converted(
+    tmp_path, kind, geotiff, crs, flat, high, unit, units
+) -> None:
     path = write_tif(
         tmp_path / "a.tif", flat, high, crs, unit=unit, kind=kind, GEOTIFF_VERSION=geotiff
     )
@@ -251,7 +257,7 @@ def test_copc_streams_in_one_unit(tmp_path: Path) -> None:
     assert copc.read_crs(path)[0] == "EPSG:26917"
 
 
-def test_degrees_are_refused_and_described(tmp_path: Path) -> None:
+def test_degrees_are_rejected_by_reader_and_reported_by_describe(tmp_path: Path) -> None:
     points = np.array([[10.0, 45.0, 100.0], [10.001, 45.0, 101.0], [10.0, 45.001, 102.0]])
     path = write_las(tmp_path / "a.las", points, keys=[(1024, 0, 1, 2), (2048, 0, 1, 4326)])
     wkt = write_las(tmp_path / "b.las", points, wkt=CRS.from_epsg(4326).to_wkt())
@@ -268,7 +274,7 @@ def test_degrees_are_refused_and_described(tmp_path: Path) -> None:
         assert codes(found) == ["frame.degrees"]
 
 
-def test_a_local_system_in_feet_becomes_metres(tmp_path: Path) -> None:
+def test_local_crs_in_feet_is_converted_to_metres(tmp_path: Path) -> None:
     wkt = 'LOCAL_CS["site",UNIT["foot",0.3048],AXIS["x",EAST],AXIS["y",NORTH]]'
     loaded = read_model(write_las(tmp_path / "a.las", slope(30, FT, FT), wkt=wkt))
     assert loaded.crs is None
@@ -277,7 +283,7 @@ def test_a_local_system_in_feet_becomes_metres(tmp_path: Path) -> None:
     assert "frame.unit-converted" in [each.code for each in loaded.warnings]
 
 
-def test_a_record_behind_the_points_names_the_system(tmp_path: Path) -> None:
+def test_crs_is_read_from_extended_record_after_the_points(tmp_path: Path) -> None:
     points = slope(30, 1, US_FT)
     path = write_las(tmp_path / "a.las", points, wkt=CRS.from_epsg(26917).to_wkt())
     cloud = laspy.read(path)
@@ -297,13 +303,13 @@ def test_a_prj_of_a_mixed_system_scales_heights_too(tmp_path: Path) -> None:
     assert (loaded.crs, loaded.units) == ("EPSG:26917", ("m", "m", "us-ft"))
 
 
-def test_a_system_of_two_units_cannot_be_declared() -> None:
+def test_crs_with_two_units_cannot_be_declared() -> None:
     with refused("frame.other-height-unit"):
         parse_crs("EPSG:26917+6360")
 
 
 @pytest.mark.parametrize("content", [b"", b"\1\0", b"\1\0\1\0\0\0\xff\xff", bytes(40)])
-def test_damaged_keys_leave_the_points(tmp_path: Path, content: bytes) -> None:
+def test_damaged_geokeys_do_not_affect_the_points(tmp_path: Path, content: bytes) -> None:
     points = slope(30, 1, 1)
     path = write_las(tmp_path / "a.las", points, keys=[(PROJECTED, 0, 1, 26917)])
     raw = bytearray(path.read_bytes())
@@ -316,14 +322,14 @@ def test_damaged_keys_leave_the_points(tmp_path: Path, content: bytes) -> None:
     assert loaded.crs is None
 
 
-def test_the_window_and_the_project_take_the_unit_of_the_system(tmp_path: Path) -> None:
+def test_window_and_project_use_the_unit_of_the_crs(tmp_path: Path) -> None:
     path = write_las(tmp_path / "a.las", slope(30, US_FT, US_FT), keys=[(PROJECTED, 0, 1, 2264)])
     frame = file_frame(path, read_model(path).crs)
     assert frame.unit_m == pytest.approx(US_FT)
     assert frame == establish_frame(read_model(path)).frame
 
 
-def test_a_cache_keeps_units_and_sees_a_prj_that_came_later(tmp_path: Path) -> None:
+def test_cache_keeps_units_and_detects_a_prj_added_later(tmp_path: Path) -> None:
     np.savetxt(tmp_path / "a.xyz", slope(30, 1, US_FT), fmt="%.4f")
     assert model_cache.load(tmp_path / "a.xyz", tmp_path / "cache").units == ("unknown",) * 3
     (tmp_path / "a.prj").write_text(compound(26917, 6360))
@@ -333,7 +339,7 @@ def test_a_cache_keeps_units_and_sees_a_prj_that_came_later(tmp_path: Path) -> N
         assert dip_of(loaded.data.points) == pytest.approx(30, abs=0.01)
 
 
-def test_a_system_without_a_code_has_its_name_on_labels() -> None:
+def test_labels_show_the_name_of_a_crs_without_code() -> None:
     wkt = decode_keys(Keys(directory([(PROJECTED, 0, 1, 26917), (LINEAR, 0, 1, 9002)]))).crs
     assert Frame("crs", wkt, FT).name() == "NAD83 / UTM zone 17N, grid north"
     assert Frame("crs", "EPSG:32633").name() == "EPSG:32633, grid north"
@@ -370,7 +376,7 @@ def two_references(
 
 
 @pytest.mark.parametrize(("form", "wanted"), [(6, "EPSG:32633"), (1, "EPSG:32632")])
-def test_of_wkt_and_keys_that_differ_the_header_chooses(tmp_path: Path, form, wanted) -> None:
+def test_header_decides_between_conflicting_wkt_and_geokeys(tmp_path: Path, form, wanted) -> None:
     """LAS 1.4 R15: the bit of the global encoding; formats from 6 on have WKT."""
     wkt = CRS.from_epsg(32633).to_wkt()
     found = describe(two_references(tmp_path / "a.las", wkt, [(PROJECTED, 0, 1, 32632)], form=form))
@@ -381,7 +387,7 @@ def test_of_wkt_and_keys_that_differ_the_header_chooses(tmp_path: Path, form, wa
 
 
 @pytest.mark.parametrize("other", [32633, 25833])
-def test_two_references_to_the_same_place_are_one(tmp_path: Path, other: int) -> None:
+def test_nearly_identical_wkt_and_geokeys_are_not_reported(tmp_path: Path, other: int) -> None:
     """WGS 84 and ETRS89 lie some decimetres apart."""
     wkt = CRS.from_epsg(32633).to_wkt()
     found = describe(two_references(tmp_path / "a.las", wkt, [(PROJECTED, 0, 1, other)]))
@@ -389,7 +395,9 @@ def test_two_references_to_the_same_place_are_one(tmp_path: Path, other: int) ->
 
 
 @pytest.mark.parametrize("more", [(VERTICAL, 0, 1, 6360), (VERTICAL_UNIT, 0, 1, 9003)])
-def test_keys_say_what_wkt_leaves_open(tmp_path: Path, more: tuple[int, int, int, int]) -> None:
+def test_geokeys_complete_missing_wkt_units(
+    tmp_path: Path, more: tuple[int, int, int, int]
+) -> None:
     wkt, keys = CRS.from_epsg(26917).to_wkt(), [(PROJECTED, 0, 1, 26917), more]
     found = describe(two_references(tmp_path / "a.las", wkt, keys))
     assert found["units"] == ["m", "m", "us-ft"]
@@ -412,7 +420,7 @@ def unreadable_crs(description: dict[str, Any]) -> list[str]:
         ([], "unknown"),
     ],
 )
-def test_keys_without_a_known_system_state_the_unit_that_they_name(tmp_path, keys, unit) -> None:
+def test_geokeys_without_known_crs_state_their_own_unit(tmp_path, keys, unit) -> None:
     """GDAL falls back to metres there."""
     found = describe(write_las(tmp_path / "a.las", slope(30, 1, 1), keys=keys))
     assert found["units"] == [unit] * 3
@@ -441,13 +449,13 @@ def test_a_geotiff_of_an_unknown_code_states_its_own_unit(tmp_path: Path, keys, 
     assert unreadable_crs(found) == ["EPSG:9999"]
 
 
-def test_a_vertical_system_alone_says_nothing_of_x_and_y(tmp_path: Path) -> None:
+def test_vertical_crs_alone_leaves_horizontal_units_unknown(tmp_path: Path) -> None:
     found = describe(write_las(tmp_path / "a.las", slope(30, 1, 1), CRS.from_epsg(6360).to_wkt()))
     assert found["units"] == ["unknown", "unknown", "us-ft"]
     assert "frame.height-unit-only" in codes(found)
 
 
-def test_depths_are_refused_and_not_taken_for_heights(tmp_path: Path) -> None:
+def test_depths_are_rejected_instead_of_read_as_heights(tmp_path: Path) -> None:
     path = write_las(tmp_path / "a.las", slope(30, 1, 1), compound(32633, 5715))
     with refused("frame.depths"):
         read_model(path)
@@ -456,7 +464,7 @@ def test_depths_are_refused_and_not_taken_for_heights(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("code", [2053, 5513, 29385])
-def test_axes_to_the_west_and_south_are_refused(tmp_path: Path, code: int) -> None:
+def test_axes_toward_west_and_south_are_rejected(tmp_path: Path, code: int) -> None:
     path = write_las(tmp_path / "a.las", slope(30, 1, 1), CRS.from_epsg(code).to_wkt())
     with refused("frame.other-axes"):
         read_model(path)
@@ -464,7 +472,7 @@ def test_axes_to_the_west_and_south_are_refused(tmp_path: Path, code: int) -> No
         parse_crs(f"EPSG:{code}")
 
 
-def test_coordinates_below_zero_in_such_a_system_count_to_the_north(tmp_path: Path) -> None:
+def test_negative_coordinates_in_south_oriented_crs_read_as_north_oriented(tmp_path: Path) -> None:
     points = slope(30, 1, 1) - [600_000, 5_400_000, 0]
     loaded = read_model(write_las(tmp_path / "a.las", points, CRS.from_epsg(5513).to_wkt()))
     assert loaded.crs is None
@@ -473,11 +481,11 @@ def test_coordinates_below_zero_in_such_a_system_count_to_the_north(tmp_path: Pa
 
 
 @pytest.mark.parametrize("code", [3031, 3413, 5041, 5514, 31467, 32733])
-def test_polar_and_other_systems_are_not_taken_for_such(code: int) -> None:
+def test_polar_and_other_crs_are_not_rejected_for_their_axes(code: int) -> None:
     assert parse_crs(f"EPSG:{code}") == (f"EPSG:{code}", 1.0)
 
 
-def test_heights_in_another_unit_than_their_system_keep_its_flat_part(tmp_path: Path) -> None:
+def test_band_height_unit_overrides_crs_height_unit(tmp_path: Path) -> None:
     """The unit of the band goes before that of the CRS, and is said."""
     heights = np.add.outer(np.zeros(8), np.arange(9)).astype(np.float32)
     profile = {"driver": "GTiff", "width": 9, "height": 8, "count": 1, "dtype": "float32"}
@@ -493,7 +501,7 @@ def test_heights_in_another_unit_than_their_system_keep_its_flat_part(tmp_path: 
 
 
 @pytest.mark.parametrize("written", ["[ft]", "Foot (International)", "US-survey-foot", "Foot_US"])
-def test_spellings_of_feet_are_known(written: str) -> None:
+def test_spellings_of_feet_are_recognized(written: str) -> None:
     from vomstudio.io.models.formats.dem import parse_unit
 
     assert parse_unit(written) == ("ft" if "US" not in written else "us-ft")
@@ -511,7 +519,7 @@ def test_wkt_in_utf_16_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("size", [0, 3, 50, 104, 150, 226])
-def test_a_header_that_is_cut_off_names_no_system(tmp_path: Path, size: int) -> None:
+def test_truncated_header_gives_no_crs(tmp_path: Path, size: int) -> None:
     from vomstudio.io.models.formats._las_reference import las_reference
 
     path = write_las(tmp_path / "a.las", slope(30, 1, 1), CRS.from_epsg(2263).to_wkt())
@@ -531,7 +539,7 @@ def test_a_header_that_is_cut_off_names_no_system(tmp_path: Path, size: int) -> 
         ("EPSG:4326", (500_000.0, 4_649_776.0, 100.0), (1.0, 1.0, 1.0), None),
     ],
 )
-def test_a_prj_in_degrees_is_believed_where_the_numbers_are(
+def test_prj_in_degrees_is_used_if_coordinates_are_degrees(
     tmp_path: Path,
     system: str,
     origin: tuple[float, ...],

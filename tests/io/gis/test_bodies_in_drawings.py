@@ -74,7 +74,7 @@ BODIES = [
 
 
 @pytest.mark.parametrize("add", BODIES)
-def test_a_body_does_not_refuse_a_drawing(tmp_path: Path, add) -> None:  # type: ignore[no-untyped-def]
+def test_bodies_in_a_drawing_are_skipped_and_counted(tmp_path: Path, add) -> None:  # type: ignore[no-untyped-def]
     doc = ezdxf.new("R2010", units=6)
     space = doc.modelspace()
     for k in range(3):
@@ -92,7 +92,7 @@ def test_a_body_does_not_refuse_a_drawing(tmp_path: Path, add) -> None:  # type:
         assert [w.values["count"] for w in found] == [count]
 
 
-def test_a_drawing_of_bodies_alone_is_refused_and_says_what_it_has(tmp_path: Path) -> None:
+def test_drawing_with_only_bodies_is_rejected_with_their_count(tmp_path: Path) -> None:
     doc = ezdxf.new("R2010")
     add_solid(doc.modelspace())
     add_polyface(doc.modelspace())
@@ -111,7 +111,7 @@ def wkb(kind: int, *members: bytes, order: str = "<") -> bytes:
 
 @pytest.mark.parametrize("order", ["<", ">"])
 @pytest.mark.parametrize("has_z", [False, True])
-def test_surfaces_are_taken_out_of_collections(order: str, has_z: bool) -> None:
+def test_surfaces_are_removed_from_collections(order: str, has_z: bool) -> None:
     place = (1.0, 2.0, 3.0)[: 3 if has_z else 2]
     line = shapely.LineString([place, np.add(place, 1.0)])
     triangle = shapely.Polygon(
@@ -137,7 +137,7 @@ def test_surfaces_are_taken_out_of_collections(order: str, has_z: bool) -> None:
     assert shapes[4] is None
 
 
-def test_bent_surfaces_end() -> None:
+def test_corrupt_surfaces_do_not_hang_the_parser() -> None:
     rng = np.random.default_rng(4)
     face = shapely.to_wkb(shapely.Polygon([(0, 0), (1, 0), (0, 1)]))
     whole = wkb(7, wkb(15, face, face), wkb(7, wkb(15, face)))

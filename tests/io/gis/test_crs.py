@@ -14,7 +14,7 @@ OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
 @pytest.mark.parametrize("text", ["32633", "EPSG:32633", " epsg:32633 ", "WGS 84 / UTM zone 33N"])
-def test_a_crs_is_known_by_code_or_name(text):
+def test_crs_is_parsed_from_code_or_name(text):
     assert parse_crs(text) == ("EPSG:32633", 1.0)
     assert crs_name("EPSG:32633") == "WGS 84 / UTM zone 33N"
 
@@ -30,7 +30,7 @@ def test_a_crs_is_known_by_code_or_name(text):
         ("utm 05n", "EPSG:32605"),
     ],
 )
-def test_zones_are_understood_as_people_write_them(text, code):
+def test_common_zone_names_are_parsed(text, code):
     """The names in EPSG's register say the same."""
     from pyproj import CRS
 
@@ -38,7 +38,7 @@ def test_zones_are_understood_as_people_write_them(text, code):
     assert CRS.from_user_input(code).utm_zone is not None
 
 
-def test_a_crs_in_feet_says_so():
+def test_crs_in_feet_reports_its_unit():
     code, unit = parse_crs("EPSG:2263")
     assert code == "EPSG:2263"
     assert unit == pytest.approx(1200 / 3937)
@@ -47,14 +47,14 @@ def test_a_crs_in_feet_says_so():
 @pytest.mark.parametrize(
     "text", ["", "EPSG:4326", "EPSG:99999999", "north", "utm 61n", "utm 0n", "utm 15"]
 )
-def test_what_is_no_projected_crs_is_refused_with_the_way_out(text):
+def test_invalid_or_unprojected_crs_is_rejected(text):
     with pytest.raises(InputError) as error:
         parse_crs(text)
     assert error.value.field == "CRS"
     assert error.value.code in ("frame.unknown-crs", "frame.not-projected")
 
 
-def test_a_prj_beside_a_model_names_its_crs(tmp_path):
+def test_prj_beside_a_model_gives_its_crs(tmp_path):
     from pyproj import CRS
 
     (tmp_path / "a.obj").write_text(OBJ)
@@ -83,7 +83,7 @@ def test_a_prj_that_cannot_be_used_is_reported_and_the_model_opens(tmp_path, con
 
 
 @pytest.mark.parametrize("code", ["EPSG:2264", "EPSG:2256", "EPSG:2264+6360"])
-def test_world_of_a_crs_in_feet_is_the_same_projection_in_metres(code):
+def test_world_crs_of_crs_in_feet_is_the_same_projection_in_metres(code):
     """Against pyproj's own coordinates in feet, times the length of the foot."""
     from pyproj import CRS, Transformer
 
@@ -99,7 +99,7 @@ def test_world_of_a_crs_in_feet_is_the_same_projection_in_metres(code):
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
-def test_a_prj_and_an_origin_may_be_in_any_unicode(tmp_path, encoding):
+def test_prj_and_offset_may_use_any_unicode_encoding(tmp_path, encoding):
     (tmp_path / "a.obj").write_text(OBJ)
     (tmp_path / "a.prj").write_bytes("EPSG:32633".encode(encoding))
     assert read_model(tmp_path / "a.obj").crs == "EPSG:32633"
@@ -107,7 +107,7 @@ def test_a_prj_and_an_origin_may_be_in_any_unicode(tmp_path, encoding):
     assert read_offset(tmp_path / "b.stl").origin == (100.0, 200.0, 300.0)
 
 
-def test_a_name_in_a_code_page_does_not_hide_the_system(tmp_path: Path) -> None:
+def test_prj_in_windows_code_page_is_parsed(tmp_path: Path) -> None:
     """As GIS under Windows wrote .prj files for years."""
     wkt = CRS.from_epsg(2263).to_wkt("WKT1_ESRI").replace("Island", "Gemäß")
     (tmp_path / "a.prj").write_bytes(wkt.encode("cp1252"))
@@ -118,7 +118,7 @@ def test_a_name_in_a_code_page_does_not_hide_the_system(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("code", [*range(32601, 32661), *range(32701, 32761), 2227, 32662, 4326])
-def test_the_metres_of_a_unit_are_those_of_the_axes(code: int) -> None:
+def test_unit_in_metres_matches_the_crs_axes(code: int) -> None:
     """Zones of WGS 84 are known without PROJ, whose own table they are held against here."""
     crs = CRS.from_epsg(code)
     stated = crs.axis_info[0].unit_conversion_factor if crs.is_projected else 1.0

@@ -19,7 +19,7 @@ from vomstudio.io.gis.crs_names import projected_systems, search_systems
         ("germany utm 32n etrs89", "EPSG:25832"),
     ],
 )
-def test_every_word_is_looked_for_in_code_name_and_area(typed: str, code: str) -> None:
+def test_search_matches_every_word_in_code_name_and_area(typed: str, code: str) -> None:
     assert code in [each.code for each in search_systems(typed)][:12]
 
 
@@ -27,7 +27,7 @@ def test_every_word_is_looked_for_in_code_name_and_area(typed: str, code: str) -
     ("typed", "code"),
     [("utm 15n", "EPSG:32615"), ("UTM 56S", "EPSG:32756"), ("utm 5n", "EPSG:32605")],
 )
-def test_of_zones_of_one_number_that_of_wgs_84_is_first(typed: str, code: str) -> None:
+def test_wgs_84_zone_is_first_among_zones_of_one_number(typed: str, code: str) -> None:
     assert search_systems(typed)[0].code == code
 
 
@@ -38,7 +38,7 @@ def test_the_typed_code_and_the_preferred_systems_are_first() -> None:
     assert search_systems("utm 15n", preferred_names=["EPSG:26915"])[0].code == "EPSG:26915"
 
 
-def test_names_are_those_of_proj_and_all_are_projected() -> None:
+def test_systems_have_proj_names_and_are_projected() -> None:
     systems = projected_systems()
     assert len(systems) > 3000
     for each in systems[:: len(systems) // 40]:
@@ -47,7 +47,7 @@ def test_names_are_those_of_proj_and_all_are_projected() -> None:
         assert crs.name == each.name
 
 
-def test_what_is_nowhere_finds_nothing() -> None:
+def test_search_without_match_returns_nothing() -> None:
     assert search_systems("atlantis grid") == []
     assert search_systems("   ") == []
     assert len(search_systems("utm")) == 50

@@ -48,7 +48,7 @@ def dxf(path: Path, blocks: str, entities: str, end: str = "\n") -> Path:
 
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 @pytest.mark.parametrize("read", READERS)
-def test_blocks_in_blocks_are_counted_before_they_are_unfolded(
+def test_nested_blocks_are_counted_before_expansion(
     tmp_path: Path, read: Callable[[Path], Any], end: str
 ) -> None:
     nested = "".join(block(f"B{k}", insert(f"b{k + 1}") * 10) for k in range(9))
@@ -70,12 +70,14 @@ def test_blocks_in_blocks_are_counted_before_they_are_unfolded(
     ],
     ids=["a grid", "many in many", "itself", "each other"],
 )
-def test_other_ways_to_unfold_without_end(tmp_path: Path, blocks: str, entities: str) -> None:
+def test_other_unbounded_block_expansions_are_rejected(
+    tmp_path: Path, blocks: str, entities: str
+) -> None:
     with refused("drawing.nested-blocks"):
         read_gis_lines(dxf(tmp_path / "a.dxf", blocks, entities))
 
 
-def test_blocks_as_people_use_them_are_unfolded(tmp_path: Path) -> None:
+def test_ordinary_nested_blocks_are_expanded(tmp_path: Path) -> None:
     """A value of 0, 2 or 70 is no code, whatever follows it."""
     odd = "0\nLINE\n8\n2\n62\n70\n10\n0\n20\n2\n30\n0\n11\n1\n21\n2\n31\n70\n"
     places = insert("TREE") * 30 + insert("TREE", "70\n3\n71\n2\n44\n9\n45\n9\n")
@@ -96,7 +98,7 @@ def svg(path: Path, body: str) -> Path:
     "words",
     first_in_default_tier([" l 1 1", " a 9 9 0 1 1 3 3", " c 1 1 2 3 3 3", " s 1 2 3 3"], 1),
 )
-def test_paths_without_end_are_refused_before_they_are_followed(tmp_path: Path, words: str) -> None:
+def test_svg_path_with_too_many_parts_is_rejected_quickly(tmp_path: Path, words: str) -> None:
     path = svg(tmp_path / "a.svg", f'<path d="M 1 1{words * 500_000}"/>')
     begun = time.process_time()
     with refused("file.too-many-parts", limit=500_000, file=path):
@@ -104,7 +106,7 @@ def test_paths_without_end_are_refused_before_they_are_followed(tmp_path: Path, 
     assert time.process_time() - begun < 5
 
 
-def test_numbers_beyond_what_can_be_calculated(tmp_path: Path) -> None:
+def test_svg_numbers_that_overflow_are_rejected(tmp_path: Path) -> None:
     path = svg(tmp_path / "a.svg", '<path d="M 1 1 a 1e300 1e300 0 1 1 3e200 3"/>')
     with refused("file.damaged", format="SVG", file=path):
         read_svg(path)
@@ -114,7 +116,7 @@ def test_numbers_beyond_what_can_be_calculated(tmp_path: Path) -> None:
         read_drawing(path, read_sidecar(sidecar(tmp_path)))
 
 
-def test_curves_go_through_what_their_formula_says(tmp_path: Path) -> None:
+def test_svg_curves_match_their_formulas(tmp_path: Path) -> None:
     """Bernstein's polynomials, and an arc of a circle about its centre."""
     path = svg(
         tmp_path / "a.svg",
@@ -147,7 +149,7 @@ def sidecar(folder: Path, **changed: Any) -> Path:
     return path
 
 
-def test_sidecars_of_odd_values_are_refused_by_name(tmp_path: Path) -> None:
+def test_sidecars_with_invalid_values_are_rejected_by_name(tmp_path: Path) -> None:
     assert read_sidecar(sidecar(tmp_path)).width == 100
     for odd in (
         {"width": float("inf")},
@@ -167,7 +169,7 @@ def test_sidecars_of_odd_values_are_refused_by_name(tmp_path: Path) -> None:
     assert read_sidecar(sidecar(tmp_path, crs=[1], content_hash={})).crs is None
 
 
-def test_a_drawing_of_coordinates_that_are_none(tmp_path: Path) -> None:
+def test_shapes_with_nan_coordinates_are_skipped_and_counted(tmp_path: Path) -> None:
     odd = LINE.replace("10\n0", "10\nnan")
     lines, warnings = read_drawing(
         dxf(tmp_path / "a.dxf", "", LINE * 3 + odd), read_sidecar(sidecar(tmp_path))
@@ -180,7 +182,7 @@ def test_a_drawing_of_coordinates_that_are_none(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("numbers", ["2" * 3000, "1 " * 3000, "1,1,0,1" * 2000])
-def test_arcs_whose_numbers_can_be_cut_in_many_ways(tmp_path: Path, numbers: str) -> None:
+def test_ambiguous_arc_numbers_are_rejected_quickly(tmp_path: Path, numbers: str) -> None:
     path = svg(tmp_path / "a.svg", f'<path d="M 1 1 a{numbers}"/>')
     begun = time.process_time()
     with refused("file.damaged", format="SVG", file=path):
@@ -189,7 +191,7 @@ def test_arcs_whose_numbers_can_be_cut_in_many_ways(tmp_path: Path, numbers: str
 
 
 @pytest.mark.parametrize("style", ["a" * 3_000_000, "/*" * 1_500_000, ".a{}" * 700_000])
-def test_style_sheets_without_end(tmp_path: Path, style: str) -> None:
+def test_malicious_style_sheets_are_parsed_quickly(tmp_path: Path, style: str) -> None:
     path = svg(tmp_path / "a.svg", f'<style>{style}</style><path class="a" d="M 1 1 L 2 2"/>')
     begun = time.process_time()
     assert len(read_svg(path).lines) == 1
@@ -198,7 +200,9 @@ def test_style_sheets_without_end(tmp_path: Path, style: str) -> None:
 
 # --- GeoJSON ------------------------------------------------------------------------------------
 @pytest.mark.parametrize("read", first_in_default_tier(READERS))
-def test_a_name_of_its_own_for_each_shape(tmp_path: Path, read: Callable[[Path], Any]) -> None:
+def test_too_many_distinct_property_names_are_rejected(
+    tmp_path: Path, read: Callable[[Path], Any]
+) -> None:
     """Two megabytes would be a table of 400 million cells."""
     shapes = [
         {
@@ -215,7 +219,7 @@ def test_a_name_of_its_own_for_each_shape(tmp_path: Path, read: Callable[[Path],
 
 
 @pytest.mark.parametrize("path", ["M 0 0 L 9 9 z 5 5", "M1 1h4v4Z7,7 8,8", "m0 0 1 1z.5"])
-def test_a_number_after_the_end_of_a_piece_is_refused(path: str, tmp_path: Path) -> None:
+def test_number_after_closepath_is_rejected(path: str, tmp_path: Path) -> None:
     # SVG 1.1, 8.3.1: a command follows closepath, or nothing does.
     drawing = tmp_path / "a.svg"
     drawing.write_text(f'<svg xmlns="http://www.w3.org/2000/svg"><path d="{path}"/></svg>')
@@ -232,7 +236,7 @@ def test_a_number_after_the_end_of_a_piece_is_refused(path: str, tmp_path: Path)
 
 @pytest.mark.parametrize("place", ["20\n1e+20\n", "0\nENDSEC\n", "9\n$ACADVER\n"])
 @pytest.mark.parametrize("count", [1, 8, 5000])
-def test_zeros_in_a_drawing_are_refused(place: str, count: int, tmp_path: Path) -> None:
+def test_null_bytes_inside_a_drawing_are_rejected(place: str, count: int, tmp_path: Path) -> None:
     # GDAL 3.11 reads some of these without end.
     path = dxf(tmp_path / "a.dxf", "", LINE)
     text = path.read_text()
@@ -246,7 +250,7 @@ def test_zeros_in_a_drawing_are_refused(place: str, count: int, tmp_path: Path) 
         assert refusal.value.file == str(path)
 
 
-def test_zeros_after_the_end_of_a_drawing_do_not_matter(tmp_path: Path) -> None:
+def test_null_bytes_after_the_end_of_a_drawing_are_ignored(tmp_path: Path) -> None:
     path = dxf(tmp_path / "a.dxf", "", LINE)
     path.write_bytes(path.read_bytes() + bytes(4096))
     assert len(read_gis_lines(path).lines) == 1

@@ -115,7 +115,9 @@ def test_no_virtual_layer_is_opened(
 
 
 @pytest.mark.parametrize("read", first_in_default_tier(READERS))
-def test_a_view_without_end_is_not_asked(tmp_path: Path, read: Callable[[Path], object]) -> None:
+def test_unsafe_view_is_rejected_without_a_query(
+    tmp_path: Path, read: Callable[[Path], object]
+) -> None:
     path = tmp_path / "a.gpkg"
     wkb = np.array([shapely.to_wkb(shapely.Polygon(SQUARE))], object)
     pyogrio.raw.write(
@@ -139,7 +141,7 @@ def test_a_view_without_end_is_not_asked(tmp_path: Path, read: Callable[[Path], 
 
 @pytest.mark.parametrize("driver", ["GPKG", "ESRI Shapefile", "GeoJSON", "DXF"])
 @pytest.mark.filterwarnings("ignore")
-def test_what_is_named_is_read(tmp_path: Path, driver: str) -> None:
+def test_supported_formats_are_read(tmp_path: Path, driver: str) -> None:
     name = {"GPKG": "a.gpkg", "GeoJSON": "a.geojson", "DXF": "a.dxf"}.get(driver, "a.shp")
     wkb = np.array([shapely.to_wkb(shapely.LineString(SQUARE))], object)
     pyogrio.raw.write(
@@ -155,7 +157,7 @@ def test_what_is_named_is_read(tmp_path: Path, driver: str) -> None:
     assert len(read_lines(tmp_path / name).shapes) == 1
 
 
-def test_a_kml_says_what_has_stayed_where_it_was(tmp_path: Path) -> None:
+def test_kml_polygon_selects_points_in_the_project_crs(tmp_path: Path) -> None:
     (tmp_path / "a.kml").write_text(
         '<?xml version="1.0"?>\n<!-- drawn by hand -->\n'
         '<kml xmlns="http://www.opengis.net/kml/2.2"><Placemark><Polygon><outerBoundaryIs>'
@@ -174,7 +176,7 @@ def test_no_virtual_layer_of_stations_and_contacts_is_opened(
     refused_unasked(tmp_path, asked, _listed, name)
 
 
-def test_a_table_of_stations_of_any_bytes(tmp_path: Path) -> None:
+def test_station_table_of_arbitrary_bytes_raises_input_error(tmp_path: Path) -> None:
     path = tmp_path / "stations.csv"
     for data in (
         b"name,x,y,z\na,1,2,3\n" + b"b," + b"9" * 200_000 + b",2,3\n",
@@ -193,7 +195,7 @@ def _listed(path: Path) -> Any:
 
 
 @pytest.mark.parametrize("deep", [20, 1000, 300_000])
-def test_a_shape_nested_without_end_ends_no_process(tmp_path: Path, deep: int) -> None:
+def test_deeply_nested_wkt_does_not_crash_the_process(tmp_path: Path, deep: int) -> None:
     """GEOS goes down with every bracket, to the end of the stack."""
     text = "GEOMETRYCOLLECTION Z (" * deep + "POINT Z (1 2 3)" + ")" * deep
     path = tmp_path / "stations.csv"
@@ -206,7 +208,7 @@ def test_a_shape_nested_without_end_ends_no_process(tmp_path: Path, deep: int) -
     assert [len(ring) for ring in parse_rings([f"MULTIPOLYGON Z ({many})", None])] == [3, 0]
 
 
-def test_a_table_that_names_no_known_crs_and_odd_areas(tmp_path: Path) -> None:
+def test_unknown_table_crs_is_reported_and_invalid_areas_are_ignored(tmp_path: Path) -> None:
     path = tmp_path / "lithologies.csv"
     ring = "POLYGON Z ((0 0 1, 1 0 1, 1 1 1, 0 0 1))"
     for crs in ("EPSG:3>", "EPSG:" + "9" * 70, "EPSG:326338"):
@@ -218,7 +220,7 @@ def test_a_table_that_names_no_known_crs_and_odd_areas(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("read", first_in_default_tier(READERS))
-def test_more_entries_than_can_be_worked_with_are_refused(
+def test_too_many_layer_entries_are_rejected(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[[Path], object]
 ) -> None:
     monkeypatch.setattr(vector_layers, "MAX_OBJECTS", 4)
@@ -260,7 +262,7 @@ def test_the_entries_of_all_layers_are_counted_together(tmp_path, monkeypatch) -
 
 
 @pytest.mark.full
-def test_a_large_file_of_too_many_entries_is_refused_by_the_process_that_reads_it(tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_large_file_with_too_many_entries_is_rejected_by_the_subprocess(tmp_path) -> None:  # type: ignore[no-untyped-def]
     path = tmp_path / "points.shp"
     wkb = np.array([shapely.to_wkb(shapely.Point(3, 4))] * 300_001, object)
     pyogrio.raw.write(path, wkb, [], [], geometry_type="Point", crs="EPSG:32633")
@@ -268,7 +270,7 @@ def test_a_large_file_of_too_many_entries_is_refused_by_the_process_that_reads_i
         read_gis_lines(path)
 
 
-def test_kml_of_more_tags_than_can_be_meant_is_refused_before_gdal_keeps_them(tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_kml_with_too_many_tags_is_rejected_before_gdal_reads_it(tmp_path) -> None:  # type: ignore[no-untyped-def]
     path = tmp_path / "k.kml"
     begin = '<kml xmlns="http://www.opengis.net/kml/2.2"><Document>'
     path.write_text(begin + "<Placemark/>" * 2_000_000 + "</Document></kml>")

@@ -89,7 +89,7 @@ def _written(path: Path, driver: str) -> Path:
         1,
     ),
 )
-def test_a_file_is_read_the_same_in_a_process_of_its_own(
+def test_file_is_read_identically_in_a_subprocess(
     name: str, driver: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = _written(tmp_path / name, driver)
@@ -118,7 +118,7 @@ def test_a_file_is_read_the_same_in_a_process_of_its_own(
     assert [layer.name for layer in list_layers(path, _unreadable)] == [here.name]
 
 
-def test_a_drawing_of_many_places_tells_of_progress_and_is_ended_at_once(tmp_path: Path) -> None:
+def test_large_drawing_reports_progress_and_can_be_cancelled(tmp_path: Path) -> None:
     """GDAL unfolds 900,000 entities in some seconds, in which Python stands still."""
     path = _nested(tmp_path / "a.dxf", 900, 1000)
     token, told = CancelToken(), threading.Event()
@@ -138,7 +138,7 @@ def test_a_drawing_of_many_places_tells_of_progress_and_is_ended_at_once(tmp_pat
     assert max(np.diff(progress.times)) < 5.0
 
 
-def test_a_refusal_from_the_other_process_is_as_it_is_here(
+def test_error_from_subprocess_matches_in_process_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     told = {"type": "FeatureCollection", "features": []}
@@ -175,7 +175,7 @@ READERS: list[Callable[[Path], object]] = [
 
 @pytest.mark.parametrize("read", READERS)
 @pytest.mark.parametrize("end", ["\r", "\n"])
-def test_a_drawing_that_ends_within_a_line_is_refused(
+def test_drawing_truncated_within_a_line_is_rejected(
     read: Callable[[Path], object], end: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "contacts.dxf"
@@ -189,7 +189,7 @@ def test_a_drawing_that_ends_within_a_line_is_refused(
 
 
 @pytest.mark.parametrize("read", READERS)
-def test_a_kml_without_a_layer_is_refused(read: Callable[[Path], object], tmp_path: Path) -> None:
+def test_kml_without_layer_is_rejected(read: Callable[[Path], object], tmp_path: Path) -> None:
     path = tmp_path / "a.kml"
     path.write_text(
         '<?xml version="1.0"?><kml xmlns="http://www.opengis.net/kml/2.2"><Document></Document>'
@@ -202,7 +202,7 @@ def test_a_kml_without_a_layer_is_refused(read: Callable[[Path], object], tmp_pa
         read(path)
 
 
-def test_only_columns_that_are_asked_for_are_read(tmp_path: Path) -> None:
+def test_only_requested_columns_are_read(tmp_path: Path) -> None:
     lines = shapely.to_wkb([shapely.LineString([(0, 0), (1, k)]) for k in range(3)])
     names = np.array(["a", "b", "c"], object)
     pyogrio.raw.write(

@@ -64,7 +64,9 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 @pytest.mark.full
-def test_one_mesh_in_thousands_of_places(tmp_path: Path, measured: Any) -> None:
+def test_mesh_instanced_thousands_of_times_is_rejected_within_memory_limit(
+    tmp_path: Path, measured: Any
+) -> None:
     made, binary = scene(20_000, 20_000)
     made["nodes"] = [{"mesh": 0}] * 3_000
     with refused("file.inflated"):
@@ -76,7 +78,7 @@ def test_one_mesh_in_thousands_of_places(tmp_path: Path, measured: Any) -> None:
     assert len(found.faces) == 600_000
 
 
-def test_accessors_without_bytes(tmp_path: Path, measured: Any) -> None:
+def test_accessors_without_bytes_are_rejected(tmp_path: Path, measured: Any) -> None:
     place = {"bufferView": 0, "componentType": 5123}
     sparse = {"count": 1, "indices": place, "values": {"bufferView": 0}}
     empty = {"componentType": 5126, "type": "VEC3", "count": 49_000_000, "sparse": sparse}
@@ -91,7 +93,7 @@ def test_accessors_without_bytes(tmp_path: Path, measured: Any) -> None:
     assert measured() < MAX_BYTES
 
 
-def test_thousands_of_primitives_of_one_buffer_are_each_a_step(tmp_path: Path) -> None:
+def test_each_primitive_of_a_shared_buffer_is_a_progress_step(tmp_path: Path) -> None:
     class Counted(SilentProgress):
         steps = 0
 
@@ -114,7 +116,9 @@ def test_thousands_of_primitives_of_one_buffer_are_each_a_step(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("text", [True, False])
-def test_a_ply_of_empty_lists(tmp_path: Path, measured: Any, text: bool) -> None:
+def test_ply_of_empty_lists_is_rejected_within_memory_limit(
+    tmp_path: Path, measured: Any, text: bool
+) -> None:
     count = 30_000_000
     head = (
         f"ply\nformat {'ascii' if text else 'binary_little_endian'} 1.0\nelement vertex 3\n"
@@ -129,7 +133,7 @@ def test_a_ply_of_empty_lists(tmp_path: Path, measured: Any, text: bool) -> None
     assert measured() < MAX_BYTES + 6 * path.stat().st_size
 
 
-def test_thousands_of_values_per_point_become_no_thousands_of_files(tmp_path: Path) -> None:
+def test_ply_with_thousands_of_fields_is_limited(tmp_path: Path) -> None:
     names = "".join(f"property float p{i}\n" for i in range(5_000))
     head = f"ply\nformat binary_little_endian 1.0\nelement vertex 3\n{names}"
     head += "property float x\nproperty float y\nproperty float z\nend_header\n"
@@ -140,7 +144,7 @@ def test_thousands_of_values_per_point_become_no_thousands_of_files(tmp_path: Pa
     assert by_code(found.warnings)["model.fields-limited"]["count"] == 5_000
 
 
-def test_an_obj_that_names_material_files_without_end(tmp_path: Path) -> None:
+def test_obj_with_thousands_of_material_files_is_limited(tmp_path: Path) -> None:
     path = tmp_path / "a.obj"
     names = "".join(f"mtllib f{i}.mtl\n" for i in range(20_000))
     path.write_text(names + "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
@@ -149,7 +153,7 @@ def test_an_obj_that_names_material_files_without_end(tmp_path: Path) -> None:
     assert by_code(found.warnings)["material.too-many-files"]["count"] == 20_000
 
 
-def test_elements_and_empty_lines_are_counted(tmp_path: Path) -> None:
+def test_excessive_xml_elements_and_empty_lines_are_rejected(tmp_path: Path) -> None:
     path = tmp_path / "a.xml"
     path.write_bytes(b"<document>" + b"<a/>" * 2_000_000 + b"</document>")
     with refused("file.too-many-parts", file=path):
@@ -159,7 +163,7 @@ def test_elements_and_empty_lines_are_counted(tmp_path: Path) -> None:
         read_rows(path)
 
 
-def test_what_lies_beside_a_model_is_a_file_of_its_size(tmp_path: Path) -> None:
+def test_special_files_beside_a_model_are_ignored(tmp_path: Path) -> None:
     model = tmp_path / "a.ply"
     model.write_text(
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"

@@ -51,7 +51,7 @@ def in_order(points: np.ndarray) -> np.ndarray:
     return points[np.lexsort(points.round(3).T)]
 
 
-def test_nodes_hold_what_laspy_finds_on_their_level(cliff: Path) -> None:
+def test_nodes_of_a_level_match_laspy(cliff: Path) -> None:
     with laspy.CopcReader.open(cliff) as reader, copc.CopcFile(cliff) as file:
         assert file.nodes().points.sum() == N
         for level in range(4):
@@ -65,7 +65,7 @@ def test_nodes_hold_what_laspy_finds_on_their_level(cliff: Path) -> None:
             assert np.abs(in_order(mine) - in_order(other)).max() < 1e-9
 
 
-def test_points_of_a_node_lie_in_its_cube(cliff: Path) -> None:
+def test_node_points_are_inside_their_cube(cliff: Path) -> None:
     found = copc.nodes(cliff)
     with copc.CopcFile(cliff) as file:
         for row in range(len(found)):
@@ -75,7 +75,7 @@ def test_points_of_a_node_lie_in_its_cube(cliff: Path) -> None:
     assert found.spacing[0] == pytest.approx(2 * found.spacing[found.keys[:, 0] == 1][0])
 
 
-def test_nodes_of_a_region_hold_all_its_points(cliff: Path) -> None:
+def test_nodes_in_bounds_contain_all_their_points(cliff: Path) -> None:
     box = np.array([[576020.0, 5188010.0, -10.0], [576030.0, 5188030.0, 10.0]])
     whole = read_model(cliff).data
     assert isinstance(whole, PointCloud)
@@ -91,7 +91,7 @@ def test_nodes_of_a_region_hold_all_its_points(cliff: Path) -> None:
     assert len(copc.nodes(cliff, bounds=box + 1e6)) == 0
 
 
-def test_the_file_read_whole_is_a_laz_file(cliff: Path) -> None:
+def test_whole_file_reads_as_laz(cliff: Path) -> None:
     loaded = read_model(cliff)
     assert isinstance(loaded.data, PointCloud)
     assert loaded.crs == "EPSG:32615"
@@ -112,14 +112,14 @@ def test_the_file_read_whole_is_a_laz_file(cliff: Path) -> None:
 
 
 @pytest.mark.parametrize("point_format", [6, 8])
-def test_other_point_formats_are_read(tmp_path: Path, point_format: int) -> None:
+def test_all_copc_point_formats_are_read(tmp_path: Path, point_format: int) -> None:
     path = make(tmp_path / "a.copc.laz", 5000, point_format)
     cloud = all_nodes(path)
     assert len(cloud.points) == 5000
     assert (cloud.colors is None) == (point_format == 6)
 
 
-def test_a_first_picture_is_of_the_whole_and_quick(cliff: Path) -> None:
+def test_preview_covers_the_whole_and_is_quick(cliff: Path) -> None:
     preview(cliff, 5000)
     started = time.perf_counter()
     cloud = preview(cliff, 5000)
@@ -130,7 +130,7 @@ def test_a_first_picture_is_of_the_whole_and_quick(cliff: Path) -> None:
     assert np.abs(cloud.bounds - whole).max() < 3.0
 
 
-def test_what_is_no_copc_file_is_said(tmp_path: Path) -> None:
+def test_file_that_is_not_copc_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "a.copc.laz"
     for content in (b"", b"LASF", b"nonsense" * 100):
         path.write_bytes(content)
@@ -140,7 +140,7 @@ def test_what_is_no_copc_file_is_said(tmp_path: Path) -> None:
         copc.nodes(tmp_path / "none.copc.laz")
 
 
-def test_place_and_size_are_known_without_reading_points(cliff: Path) -> None:
+def test_bounds_and_point_count_are_read_without_points(cliff: Path) -> None:
     with copc.CopcFile(cliff) as file, laspy.open(cliff) as theirs:
         assert file.crs == "EPSG:32615"
         assert file.points == N
@@ -163,7 +163,7 @@ def cut_or_sound(path: Path) -> None:
     preview(path, 500)
 
 
-def test_a_file_cut_anywhere_gives_one_sentence(tmp_path: Path) -> None:
+def test_truncated_file_raises_input_error(tmp_path: Path) -> None:
     content = make(tmp_path / "a.copc.laz", 2000, split=2).read_bytes()
     path = tmp_path / "cut.copc.laz"
     for n in [*range(0, 1500, 37), *range(1500, len(content), 997), len(content) - 1]:
@@ -174,7 +174,7 @@ def test_a_file_cut_anywhere_gives_one_sentence(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_damaged_files_give_points_or_one_sentence(tmp_path: Path) -> None:
+def test_damaged_file_gives_points_or_input_error(tmp_path: Path) -> None:
     content = make(tmp_path / "a.copc.laz", 500, split=2).read_bytes()
     path = tmp_path / "bad.copc.laz"
     rng = np.random.default_rng(3)
@@ -194,7 +194,7 @@ def test_damaged_files_give_points_or_one_sentence(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("count", [2**31 - 1, 10**7, -2])
-def test_a_node_that_promises_too_much_is_not_believed(tmp_path: Path, count: int) -> None:
+def test_node_with_excessive_point_count_is_rejected(tmp_path: Path, count: int) -> None:
     path = make(tmp_path / "a.copc.laz", 500)
     content = bytearray(path.read_bytes())
     struct.pack_into("<i", content, len(content) - 4, count)
@@ -206,7 +206,7 @@ def test_a_node_that_promises_too_much_is_not_believed(tmp_path: Path, count: in
         all_nodes(path)
 
 
-def test_pages_that_go_in_circles_are_refused(tmp_path: Path) -> None:
+def test_circular_hierarchy_pages_are_rejected(tmp_path: Path) -> None:
     path = make(tmp_path / "a.copc.laz", 500)
     content = bytearray(path.read_bytes())
     at, size = struct.unpack_from("<2Q", content, 375 + 54 + 40)
@@ -216,7 +216,7 @@ def test_pages_that_go_in_circles_are_refused(tmp_path: Path) -> None:
         copc.nodes(path)
 
 
-def test_withheld_points_are_shown_neither_streamed_nor_whole(tmp_path: Path) -> None:
+def test_withheld_points_are_hidden_in_streamed_and_whole_reads(tmp_path: Path) -> None:
     """They are 1,000 m above the others; rows are the same both ways."""
     header = laspy.LasHeader(version="1.4", point_format=6)
     header.scales = [0.001] * 3

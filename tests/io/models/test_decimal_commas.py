@@ -29,7 +29,7 @@ LINES = {"a.obj": 2, "a.ply": 9, "a.stl": 5, "a.xyz": 1, "all.xyz": 1, "a.pts": 
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_a_decimal_comma_is_named_with_its_line(tmp_path: Path, name: str) -> None:
+def test_decimal_comma_is_reported_with_its_line(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     path.write_text(FILES[name], encoding="utf-8")
     with pytest.raises(InputError) as caught:
@@ -39,7 +39,7 @@ def test_a_decimal_comma_is_named_with_its_line(tmp_path: Path, name: str) -> No
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_the_same_with_points_is_read(tmp_path: Path, name: str) -> None:
+def test_same_file_with_decimal_points_is_read(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     path.write_text(FILES[name].replace(",", "."), encoding="utf-8")
     data = read_model(path).data
@@ -47,13 +47,13 @@ def test_the_same_with_points_is_read(tmp_path: Path, name: str) -> None:
     assert float(points[:, 0].max()) == 1.5
 
 
-def test_a_semicolon_between_decimal_commas_is_read(tmp_path: Path) -> None:
+def test_semicolon_separated_decimal_commas_are_read(tmp_path: Path) -> None:
     path = tmp_path / "a.xyz"
     path.write_text("0,5;1,25;2,75\n1,5;2,25;3,0\n", encoding="utf-8")
     assert read_model(path).data.points.tolist() == [[0.5, 1.25, 2.75], [1.5, 2.25, 3.0]]
 
 
-def test_other_words_are_still_left_out_and_counted(tmp_path: Path) -> None:
+def test_other_non_numeric_words_are_skipped_and_counted(tmp_path: Path) -> None:
     path = tmp_path / "a.obj"
     path.write_text("v 0 0 0\nv east 0 0\nv 1 1 0\nv 2 0 0\nf 1 3 4\n", encoding="utf-8")
     assert by_code(read_model(path).warnings)["model.values-not-numbers"]["line"] == 2

@@ -69,7 +69,7 @@ def normals(mesh: Mesh) -> np.ndarray:
 
 
 @pytest.mark.parametrize("transform", [NORTH_UP, ROTATED, Affine(0.5, 0, 5e5, 0, 0.5, 4e6)])
-def test_heights_stand_over_the_centres_of_their_pixels(tmp_path: Path, transform: Affine) -> None:
+def test_heights_are_at_pixel_centres(tmp_path: Path, transform: Affine) -> None:
     values = heights().astype(np.float64)
     path = write(tmp_path / "a.tif", values, transform)
     mesh, findings = surface(path)
@@ -101,7 +101,7 @@ def test_pixels_without_a_value_are_holes(tmp_path: Path) -> None:
     assert normals(mesh)[:, 2].sum() / 2 == pytest.approx((39 * 59 - lost) * 0.25)
 
 
-def test_holes_that_the_file_does_not_declare_are_said(tmp_path: Path) -> None:
+def test_undeclared_no_data_values_are_reported(tmp_path: Path) -> None:
     values = heights().astype(np.float32)
     values[:5] = -9999
     values[6, :3] = 3e38
@@ -122,9 +122,7 @@ def test_integers_with_a_scale_and_feet_become_metres(tmp_path: Path) -> None:
     assert findings["frame.unit-converted"]["height_unit"] == "feet"
 
 
-def test_a_huge_grid_is_thinned_and_that_is_said(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_huge_grid_is_thinned_and_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dem, "MAX_VERTICES", 300)
     monkeypatch.setattr(dem, "PIXELS_PER_STEP", 500)
     values = heights()
@@ -159,7 +157,7 @@ def test_tiled_and_compressed_grids_are_the_same(tmp_path: Path) -> None:
 )
 @pytest.mark.filterwarnings("ignore:The given matrix:rasterio.errors.NotGeoreferencedWarning")
 @pytest.mark.filterwarnings("ignore:Dataset has no:rasterio.errors.NotGeoreferencedWarning")
-def test_what_is_no_height_model_is_refused_in_one_sentence(
+def test_file_that_is_not_a_height_model_is_rejected(
     tmp_path: Path, values: np.ndarray, more: dict, code: str
 ) -> None:
     path = write(tmp_path / "a.tif", values, **more)
@@ -168,7 +166,7 @@ def test_what_is_no_height_model_is_refused_in_one_sentence(
 
 
 @pytest.mark.full
-def test_a_grid_cut_anywhere_is_refused_without_noise(
+def test_truncated_grid_is_rejected_without_console_output(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     values = heights(100, 90).astype(np.float32)
@@ -191,7 +189,7 @@ def test_a_grid_cut_anywhere_is_refused_without_noise(
     assert capfd.readouterr().err == ""
 
 
-def test_a_header_that_promises_too_much_is_not_believed(tmp_path: Path) -> None:
+def test_header_with_excessive_size_is_rejected(tmp_path: Path) -> None:
     path = write(tmp_path / "a.tif", heights().astype(np.float32))
     content = bytearray(path.read_bytes())
     (directory,) = struct.unpack_from("<I", content, 4)
@@ -212,7 +210,7 @@ def test_reading_stops_when_it_is_cancelled(tmp_path: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::rasterio.errors.NotGeoreferencedWarning")
-def test_a_world_file_and_a_prj_beside_are_as_good_and_are_copied_along(tmp_path: Path) -> None:
+def test_world_file_and_prj_are_used_and_copied_along(tmp_path: Path) -> None:
     values = heights()
     write(tmp_path / "a.tif", values, None, crs=None)
     (tmp_path / "a.tfw").write_text("0.5\n0\n0\n-0.5\n576000.5\n5188100.5\n")
@@ -237,7 +235,7 @@ def test_trimesh_agrees_on_the_surface(tmp_path: Path) -> None:
     assert theirs.is_winding_consistent
 
 
-def test_a_scale_of_nothing_is_not_used(tmp_path: Path) -> None:
+def test_zero_scale_is_ignored_and_reported(tmp_path: Path) -> None:
     values = heights().astype(np.float32)
     path = write(tmp_path / "a.tif", values)
     with rasterio.open(path, "r+") as dataset:

@@ -20,7 +20,7 @@ QUARTER = np.array([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])
 SHIFT = np.array([576000.0, 5188000.0, 150.0])
 
 
-def test_without_the_package_the_extra_is_named(
+def test_missing_package_error_names_the_extra(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "pye57", None)
@@ -31,7 +31,7 @@ def test_without_the_package_the_extra_is_named(
 
 
 @pytest.mark.parametrize("content", [b"", b"nothing of the kind", b"ASTM-E5"])
-def test_what_is_no_e57_file_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
+def test_file_that_is_not_e57_is_rejected_by_name(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "a.e57"
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"a\.e57"):
@@ -64,7 +64,7 @@ def cloud_of(path: Path) -> PointCloud:
     return data
 
 
-def test_scans_are_put_in_their_place_by_their_pose(tmp_path: Path) -> None:
+def test_scans_are_placed_by_their_pose(tmp_path: Path) -> None:
     written = make(tmp_path / "a.e57", 2)
     cloud = cloud_of(tmp_path / "a.e57")
     for number, data in enumerate(written):
@@ -86,7 +86,7 @@ def test_invalid_points_are_left_out_and_counted(tmp_path: Path) -> None:
     assert by_code(loaded.warnings)["model.points-withheld"] == {"count": 7}
 
 
-def test_the_same_points_as_pye57_itself_gives(tmp_path: Path) -> None:
+def test_points_match_pye57(tmp_path: Path) -> None:
     make(tmp_path / "a.e57")
     import pye57
 
@@ -96,7 +96,7 @@ def test_the_same_points_as_pye57_itself_gives(tmp_path: Path) -> None:
     assert np.abs(cloud_of(tmp_path / "a.e57").points - expected).max() < 1e-8
 
 
-def test_damaged_files_give_one_sentence(tmp_path: Path) -> None:
+def test_damaged_files_raise_input_error(tmp_path: Path) -> None:
     make(tmp_path / "a.e57")
     content = (tmp_path / "a.e57").read_bytes()
     path = tmp_path / "bad.e57"

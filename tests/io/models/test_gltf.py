@@ -114,14 +114,14 @@ def triangles(mesh: Mesh) -> np.ndarray:
     return mesh.vertices[mesh.faces]
 
 
-def test_a_scene_comes_out_upright(tmp_path: Path) -> None:
+def test_scene_is_converted_to_z_up(tmp_path: Path) -> None:
     loaded = read_model(roof().glb(tmp_path / "roof.glb"))
     assert isinstance(loaded.data, Mesh)
     assert np.array_equal(triangles(loaded.data), ROOF[ROOF_FACES])
     assert (loaded.crs, loaded.warnings, loaded.turned_about) == (None, (), (0.0, 0.0, 0.0))
 
 
-def test_the_origin_inside_is_added_in_float64(tmp_path: Path) -> None:
+def test_embedded_origin_is_added_in_float64(tmp_path: Path) -> None:
     scene = roof()
     scene.json["asset"]["extras"] = {"origin": [576000, 5188000, -3], "crs": "EPSG:32615"}
     loaded = read_model(scene.glb(tmp_path / "roof.glb"))
@@ -130,7 +130,7 @@ def test_the_origin_inside_is_added_in_float64(tmp_path: Path) -> None:
     assert loaded.crs == "EPSG:32615"
 
 
-def test_the_origin_beside_is_taken_where_there_is_none_inside(tmp_path: Path) -> None:
+def test_offset_file_origin_is_used_if_none_is_embedded(tmp_path: Path) -> None:
     path = roof().glb(tmp_path / "roof.glb")
     (tmp_path / "roof.offset.txt").write_text("EPSG:32633; World = (x, -z, y) + offset 10 20.5 -3")
     loaded = read_model(path)
@@ -139,7 +139,7 @@ def test_the_origin_beside_is_taken_where_there_is_none_inside(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("origin", ["far", [1, 2], [1, 2, "3"], [1e300, 0, 0], [True, 0, 0]])
-def test_an_origin_that_is_no_place_is_said_and_not_added(tmp_path: Path, origin: object) -> None:
+def test_invalid_origin_is_reported_and_not_added(tmp_path: Path, origin: object) -> None:
     scene = roof()
     scene.json["asset"]["extras"] = {"origin": origin, "crs": "EPSG:1"}
     loaded = read_model(scene.glb(tmp_path / "roof.glb"))
@@ -151,7 +151,7 @@ def test_an_origin_that_is_no_place_is_said_and_not_added(tmp_path: Path, origin
 
 
 @pytest.mark.parametrize("text", ["no numbers", "offset 1 2", "\0\xff", "offset 1e99 2 3"])
-def test_an_offset_file_that_is_none_is_said(tmp_path: Path, text: str) -> None:
+def test_invalid_offset_file_is_reported(tmp_path: Path, text: str) -> None:
     path = roof().glb(tmp_path / "roof.glb")
     (tmp_path / "roof.offset.txt").write_bytes(text.encode("latin-1"))
     mesh, findings = mesh_of(path)
@@ -159,7 +159,7 @@ def test_an_offset_file_that_is_none_is_said(tmp_path: Path, text: str) -> None:
     assert findings["model.origin-invalid"]["file"] == "roof.offset.txt"
 
 
-def test_a_model_that_lies_on_its_side_is_noticed(tmp_path: Path) -> None:
+def test_model_lying_on_its_side_is_reported(tmp_path: Path) -> None:
     scene = Scene()
     grid = np.array([[0, 0, 0], [0, 0, -9], [9, 0, 0]], float)  # faces +z of the file
     scene.primitive(grid, np.array([[0, 1, 2]]))
@@ -167,7 +167,7 @@ def test_a_model_that_lies_on_its_side_is_noticed(tmp_path: Path) -> None:
     assert "model.maybe-lying" in findings
 
 
-def test_nodes_place_their_meshes(tmp_path: Path) -> None:
+def test_node_transforms_are_applied_to_meshes(tmp_path: Path) -> None:
     scene = roof()
     half = float(np.sqrt(0.5))
     scene.json["nodes"] = [
@@ -192,16 +192,14 @@ def test_nodes_place_their_meshes(tmp_path: Path) -> None:
     )
 
 
-def test_a_node_within_itself_is_refused(tmp_path: Path) -> None:
+def test_node_containing_itself_is_rejected(tmp_path: Path) -> None:
     scene = roof()
     scene.json["nodes"] = [{"mesh": 0, "children": [1]}, {"children": [0]}]
     with refused("file.damaged", field="nodes[0]"):
         read_model(scene.glb(tmp_path / "loop.glb"))
 
 
-def test_an_embedded_image_becomes_a_file_with_its_very_bytes(
-    tmp_path: Path, image_folder: Path
-) -> None:
+def test_embedded_image_is_extracted_unchanged(tmp_path: Path, image_folder: Path) -> None:
     scene = Scene()
     uv = np.array([[0, 1], [1, 1], [1, 0.25], [0, 0], [0, 0]], "<f4")
     made = scene.primitive(ROOF, ROOF_FACES, material=0)
@@ -225,7 +223,7 @@ def test_an_embedded_image_becomes_a_file_with_its_very_bytes(
     assert np.array_equal(mesh.uv[:3], [[0, 0], [1, 0], [1, 0.75]])
 
 
-def test_images_in_data_uris_beside_and_outside(tmp_path: Path) -> None:
+def test_images_load_from_data_uris_and_model_folder_only(tmp_path: Path) -> None:
     folder = tmp_path / "in"
     folder.mkdir()
     (folder / "a b.png").write_bytes(png((1, 2, 3)))
@@ -271,7 +269,7 @@ def test_a_texture_transform_is_applied(tmp_path: Path) -> None:
     assert np.allclose(mesh.uv[0], [0.5, 1 - (0.25 - 0.5)])
 
 
-def test_colours_fields_and_loose_points(tmp_path: Path) -> None:
+def test_point_primitive_keeps_colors_normals_and_fields(tmp_path: Path) -> None:
     scene = Scene()
     made = scene.primitive(ROOF, mode=0)
     colors = np.array([[255, 0, 7, 255]] * 5, "u1")
@@ -304,7 +302,7 @@ def test_strips_and_fans_are_cut_into_triangles(
     assert np.array_equal(triangles(mesh), ROOF[:4][mesh.faces])
 
 
-def test_what_trimesh_writes_is_what_is_read(tmp_path: Path) -> None:
+def test_trimesh_exports_round_trip(tmp_path: Path) -> None:
     sphere = trimesh.creation.icosphere(subdivisions=3, radius=7.0)
     for name in ("s.glb", "s.gltf"):
         path = tmp_path / name
@@ -318,7 +316,7 @@ def test_what_trimesh_writes_is_what_is_read(tmp_path: Path) -> None:
         assert np.allclose(corners[mesh.faces], sphere.triangles, atol=1e-6)
 
 
-def test_the_hash_of_a_gltf_is_of_its_buffers_too(tmp_path: Path) -> None:
+def test_gltf_hash_includes_its_buffers(tmp_path: Path) -> None:
     scene = roof()
     scene.json["buffers"] = [{"byteLength": len(scene.body), "uri": "roof.bin"}]
     (tmp_path / "roof.gltf").write_text(json.dumps(scene.json))
@@ -333,7 +331,7 @@ def test_the_hash_of_a_gltf_is_of_its_buffers_too(tmp_path: Path) -> None:
     assert "roof.bin" in error.value.message
 
 
-def test_a_cached_model_gets_its_images_back(tmp_path: Path, image_folder: Path) -> None:
+def test_cached_model_restores_its_images(tmp_path: Path, image_folder: Path) -> None:
     path = trimesh_textured(tmp_path / "box.glb")
     for _ in range(2):
         loaded = model_cache.load(path, tmp_path / "cache")
@@ -344,7 +342,7 @@ def test_a_cached_model_gets_its_images_back(tmp_path: Path, image_folder: Path)
         shutil.rmtree(image_folder)
 
 
-def test_an_origin_that_came_later_counts_in_spite_of_the_cache(tmp_path: Path) -> None:
+def test_offset_file_added_after_caching_is_applied(tmp_path: Path) -> None:
     path = roof().glb(tmp_path / "roof.glb")
     model_cache.load(path, tmp_path / "cache")
     (tmp_path / "roof.offset.txt").write_text("offset 100 0 0")
@@ -353,7 +351,7 @@ def test_an_origin_that_came_later_counts_in_spite_of_the_cache(tmp_path: Path) 
     assert loaded.turned_about == (100, 0, 0)
 
 
-def test_a_cache_that_cannot_be_written_costs_the_texture_only(
+def test_unwritable_image_cache_only_loses_the_texture(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "file").write_text("")
@@ -373,7 +371,7 @@ def trimesh_textured(path: Path) -> Path:
     return path
 
 
-def test_compressed_geometry_is_refused_with_what_to_do(tmp_path: Path) -> None:
+def test_compressed_geometry_is_rejected(tmp_path: Path) -> None:
     scene = roof()
     scene.json["extensionsRequired"] = ["KHR_draco_mesh_compression"]
     with refused("model.unsupported", feature="Draco"):
@@ -388,7 +386,7 @@ def test_faces_beyond_the_vertices_are_left_out(tmp_path: Path) -> None:
     assert findings["model.faces-without-vertices"] == {"count": 1}
 
 
-def test_counts_that_the_file_cannot_hold_are_refused_before_memory_is_asked_for(
+def test_excessive_counts_are_rejected_before_allocation(
     tmp_path: Path,
 ) -> None:
     for change in (
@@ -406,7 +404,7 @@ def test_counts_that_the_file_cannot_hold_are_refused_before_memory_is_asked_for
             read_model(scene.glb(tmp_path / "roof.glb"))
 
 
-def test_a_glb_cut_anywhere_is_refused_by_name(tmp_path: Path) -> None:
+def test_truncated_glb_is_rejected_by_name(tmp_path: Path) -> None:
     content = trimesh_textured(tmp_path / "box.glb").read_bytes()
     path = tmp_path / "cut.glb"
     for n in range(0, len(content), 41):
@@ -415,7 +413,7 @@ def test_a_glb_cut_anywhere_is_refused_by_name(tmp_path: Path) -> None:
             read_model(path)
 
 
-def test_scenes_with_senseless_values_bring_a_model_or_one_sentence(tmp_path: Path) -> None:
+def test_scene_with_invalid_values_gives_model_or_input_error(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     junk: list[Any] = [None, -1, 7, 2**70, 1.5, "x", "", [], [1, 2], {}, {"index": 0}, True]
     base = trimesh_textured(tmp_path / "box.glb").read_bytes()
@@ -450,7 +448,7 @@ def test_scenes_with_senseless_values_bring_a_model_or_one_sentence(tmp_path: Pa
     assert read > 20
 
 
-def test_damaged_bytes_bring_a_model_or_one_sentence(tmp_path: Path) -> None:
+def test_damaged_bytes_give_model_or_input_error(tmp_path: Path) -> None:
     content = trimesh_textured(tmp_path / "box.glb").read_bytes()
     path = tmp_path / "bad.glb"
     rng = np.random.default_rng(4)
@@ -466,7 +464,7 @@ def test_damaged_bytes_bring_a_model_or_one_sentence(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"glTF", b"{}", b"[" * 99999, b'{"asset": 1}', b"\xff{"])
-def test_what_is_no_scene_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
+def test_file_that_is_not_a_scene_is_rejected_by_name(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "a.gltf"
     path.write_bytes(content)
     with refused("file.damaged", file=path):
@@ -493,7 +491,7 @@ def test_the_survey_model_agrees_with_its_obj(data_dir: Path) -> None:
 
 
 @pytest.mark.parametrize("of", ["node", "mesh", "both", "nobody"])
-def test_shapes_have_their_weights(tmp_path: Path, of: str) -> None:
+def test_morph_target_weights_are_applied(tmp_path: Path, of: str) -> None:
     """glTF 2.0: positions + sum of weight x target; a node's weights go before its mesh's."""
     scene = roof()
     lifts = [np.tile([0.0, 0.0, z], (5, 1)) for z in (1.0, 10.0)]
@@ -509,7 +507,7 @@ def test_shapes_have_their_weights(tmp_path: Path, of: str) -> None:
     assert np.array_equal(triangles(mesh), (ROOF + [0, 0, lifted])[ROOF_FACES])
 
 
-def test_instances_stand_in_their_places(tmp_path: Path) -> None:
+def test_instances_are_placed_by_their_transforms(tmp_path: Path) -> None:
     """Three roofs: moved, turned by 90 degrees about the vertical, and twice as large."""
     scene = roof()
     half = np.sqrt(0.5)
@@ -532,7 +530,7 @@ def test_instances_stand_in_their_places(tmp_path: Path) -> None:
         assert np.allclose(one, three[ROOF_FACES], atol=1e-5)
 
 
-def test_what_is_not_known_of_a_node_is_said(tmp_path: Path) -> None:
+def test_unsupported_node_extension_is_reported(tmp_path: Path) -> None:
     scene = roof()
     scene.json["nodes"][0]["extensions"] = {"MSFT_lod": {"ids": []}}
     loaded = read_model(scene.glb(tmp_path / "roof.glb"))
@@ -541,9 +539,7 @@ def test_what_is_not_known_of_a_node_is_said(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("there", [True, False])
-def test_data_without_compression_beside_compressed_ones_are_used(
-    tmp_path: Path, there: bool
-) -> None:
+def test_uncompressed_fallback_buffers_are_used(tmp_path: Path, there: bool) -> None:
     scene = roof()
     scene.json["extensionsUsed"] = ["EXT_meshopt_compression"]
     for view in scene.json["bufferViews"]:
@@ -581,7 +577,7 @@ def test_data_without_compression_beside_compressed_ones_are_used(
     assert np.array_equal(triangles(mesh), ROOF[ROOF_FACES])
 
 
-def test_a_centre_beside_the_scene_is_said(tmp_path: Path) -> None:
+def test_cesium_rtc_center_is_reported_as_unsupported(tmp_path: Path) -> None:
     """CESIUM_RTC stands at the whole file, and moves all of it."""
     scene = roof()
     scene.json["extensions"] = {"CESIUM_RTC": {"center": [100.0, 200.0, 300.0]}}
@@ -592,7 +588,7 @@ def test_a_centre_beside_the_scene_is_said(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["<u1", "<u2", "<u4"])
 @pytest.mark.parametrize("nodes", [1, 2])
-def test_many_pieces_with_narrow_indices_are_joined_and_seen_from_their_own_sides(
+def test_primitives_with_narrow_indices_are_joined_and_mirrored_faces_flipped(
     tmp_path: Path, kind: str, nodes: int
 ) -> None:
     """Places in the joined model are wider than those in each of its pieces; the first node mirrors
@@ -616,7 +612,7 @@ def test_many_pieces_with_narrow_indices_are_joined_and_seen_from_their_own_side
     assert np.abs(found - np.concatenate([mirrored, there][:nodes])).max() < 1e-6
 
 
-def test_a_large_model_on_its_side_is_noticed_in_portions(
+def test_large_model_lying_on_its_side_is_detected_in_blocks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     wall = np.array([[0, 0, 0], [9, 0, 0], [9, 9, 0], [0, 9, 0]], float)

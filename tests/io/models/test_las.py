@@ -49,7 +49,7 @@ def cloud_of(path: Path) -> tuple[PointCloud, dict[str, dict[str, Any]]]:
 
 
 @pytest.mark.parametrize("name", ["cloud.las", "cloud.laz"])
-def test_a_cloud_is_what_laspy_says_it_is(tmp_path: Path, name: str) -> None:
+def test_cloud_matches_laspy(tmp_path: Path, name: str) -> None:
     path = make(tmp_path, name)
     loaded = read_model(path)
     cloud = loaded.data
@@ -66,7 +66,7 @@ def test_a_cloud_is_what_laspy_says_it_is(tmp_path: Path, name: str) -> None:
         assert np.array_equal(cloud.fields[field], np.asarray(las[field]))
 
 
-def test_8_bit_colours_are_not_taken_for_16_bit_ones(tmp_path: Path) -> None:
+def test_8_bit_colors_are_not_read_as_16_bit(tmp_path: Path) -> None:
     path = make(tmp_path, n=50)
     las = laspy.read(path)
     las.red, las.green, las.blue = np.full(50, 255), np.full(50, 128), np.zeros(50)
@@ -76,7 +76,7 @@ def test_8_bit_colours_are_not_taken_for_16_bit_ones(tmp_path: Path) -> None:
     assert colors[0].tolist() == [255, 128, 0]
 
 
-def test_black_colours_and_no_reference_system(tmp_path: Path) -> None:
+def test_all_black_colors_are_dropped_and_reported(tmp_path: Path) -> None:
     path = make(tmp_path, n=50, crs=None)
     las = laspy.read(path)
     las.red = las.green = las.blue = np.zeros(50)
@@ -89,7 +89,7 @@ def test_black_colours_and_no_reference_system(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("share", first_in_default_tier([0.3, 0.6, 0.95], 2))
 @pytest.mark.parametrize("name", first_in_default_tier(["cloud.las", "cloud.laz"], 2))
-def test_a_file_cut_short_gives_sound_points_and_says_so(
+def test_truncated_file_gives_valid_points_and_a_warning(
     tmp_path: Path, name: str, share: float
 ) -> None:
     path = make(tmp_path, name)
@@ -103,7 +103,7 @@ def test_a_file_cut_short_gives_sound_points_and_says_so(
 
 
 @pytest.mark.parametrize("name", ["cloud.las", "cloud.laz"])
-def test_a_las_cut_anywhere_gives_points_or_one_sentence(tmp_path: Path, name: str) -> None:
+def test_las_truncated_anywhere_gives_points_or_input_error(tmp_path: Path, name: str) -> None:
     content = make(tmp_path, name, n=300).read_bytes()
     path = tmp_path / f"cut{name[-4:]}"
     for n in [*range(0, min(len(content), 2000), 23), *range(2000, len(content), 97)]:
@@ -118,9 +118,7 @@ def test_a_las_cut_anywhere_gives_points_or_one_sentence(tmp_path: Path, name: s
 
 
 @pytest.mark.parametrize("name", ["cloud.las", "cloud.laz"])
-def test_a_header_that_claims_more_points_than_there_are_is_not_believed(
-    tmp_path: Path, name: str
-) -> None:
+def test_excessive_point_count_in_header_is_ignored(tmp_path: Path, name: str) -> None:
     path = make(tmp_path, name, n=300)
     content = bytearray(path.read_bytes())
     struct.pack_into("<I", content, 107, 2**32 - 1)
@@ -135,7 +133,7 @@ def test_a_header_that_claims_more_points_than_there_are_is_not_believed(
         assert "model.incomplete" in findings
 
 
-def test_damaged_headers_bring_points_or_one_sentence(tmp_path: Path) -> None:
+def test_damaged_headers_give_points_or_input_error(tmp_path: Path) -> None:
     content = make(tmp_path, "cloud.las", n=40).read_bytes()
     path = tmp_path / "bad.las"
     rng = np.random.default_rng(1)
@@ -151,7 +149,7 @@ def test_damaged_headers_bring_points_or_one_sentence(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"LASF", b"nothing of the kind", b"LASF" + b"\0" * 300])
-def test_what_is_no_las_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
+def test_file_that_is_not_las_is_rejected_by_name(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "cloud.las"
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"cloud\.las"):
@@ -166,7 +164,7 @@ def test_reading_stops_when_it_is_cancelled(tmp_path: Path) -> None:
         read_model(path, SilentProgress(token))
 
 
-def test_the_outcrop_has_its_points_and_no_reference_system(data_dir: Path) -> None:
+def test_outcrop_cloud_has_expected_points_and_no_crs(data_dir: Path) -> None:
     loaded = read_model(data_dir / "compass_outcrop" / "outcrop.laz")
     assert isinstance(loaded.data, PointCloud)
     assert len(loaded.data.points) == 268_035
@@ -190,7 +188,7 @@ def test_a_large_cloud_is_exact_and_has_its_reference_system(data_dir: Path) -> 
 
 
 @pytest.mark.parametrize("chunks", [0, 5, 2**28, 2**32 - 1])
-def test_a_table_with_a_wrong_number_of_chunks_is_not_believed(tmp_path: Path, chunks: int) -> None:
+def test_wrong_chunk_count_in_table_is_ignored(tmp_path: Path, chunks: int) -> None:
     path = make(tmp_path, n=1000)
     whole, _ = cloud_of(path)
     content = bytearray(path.read_bytes())
@@ -202,9 +200,7 @@ def test_a_table_with_a_wrong_number_of_chunks_is_not_believed(tmp_path: Path, c
 
 
 @pytest.mark.parametrize("size", [0, 1, 2**31, 2**32 - 2, 2**32 - 1])
-def test_a_hostile_chunk_size_is_refused_before_memory_is_asked_for(
-    tmp_path: Path, size: int
-) -> None:
+def test_excessive_chunk_size_is_rejected_before_allocation(tmp_path: Path, size: int) -> None:
     path = make(tmp_path, n=300)
     content = bytearray(path.read_bytes())
     struct.pack_into("<I", content, content.find(b"laszip encoded") + 52 + 12, size)
@@ -214,7 +210,7 @@ def test_a_hostile_chunk_size_is_refused_before_memory_is_asked_for(
 
 
 @pytest.mark.full
-def test_damaged_laz_files_bring_points_or_one_sentence(tmp_path: Path) -> None:
+def test_damaged_laz_gives_points_or_input_error(tmp_path: Path) -> None:
     content = make(tmp_path, n=40).read_bytes()
     path = tmp_path / "bad.laz"
     rng = np.random.default_rng(2)
@@ -261,7 +257,7 @@ def marked(
     ("dtype", "nothing", "scaled"),
     [(np.int16, -9999, False), (np.uint16, 65535, True), (np.float32, -9999.25, False)],
 )
-def test_no_data_is_no_value_and_withheld_points_are_left_out(
+def test_no_data_becomes_nan_and_withheld_points_are_dropped(
     tmp_path: Path, ending: str, point_format: int, dtype: type, nothing: float, scaled: bool
 ) -> None:
     path = tmp_path / f"a.{ending}"
@@ -275,7 +271,7 @@ def test_no_data_is_no_value_and_withheld_points_are_left_out(
     assert np.array_equal(cloud.fields["rough"], wanted[kept], equal_nan=True)
 
 
-def test_a_cloud_of_which_all_is_withheld_is_refused(tmp_path: Path) -> None:
+def test_cloud_with_only_withheld_points_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "a.las"
     las = marked(path, 6, np.int16, -9999, False)
     las.withheld[:] = 1
@@ -291,7 +287,7 @@ def test_a_cloud_of_which_all_is_withheld_is_refused(tmp_path: Path) -> None:
     [(2, b"\0\0"), (2, b"\x63"), (4, bytes(32)), (4, b"\xe4\xff")],
     ids=["no bytes", "unknown type", "no name", "name not UTF-8"],
 )
-def test_fields_that_are_described_wrongly_do_not_cost_the_points(
+def test_invalid_field_descriptions_do_not_lose_the_points(
     tmp_path: Path, ending: str, point_format: int, at: int, content: bytes
 ) -> None:
     path = tmp_path / f"a.{ending}"
@@ -307,7 +303,7 @@ def test_fields_that_are_described_wrongly_do_not_cost_the_points(
 
 
 @pytest.mark.parametrize("length", [0, 10, 19])
-def test_records_shorter_than_a_point_are_refused(tmp_path: Path, length: int) -> None:
+def test_records_shorter_than_a_point_are_rejected(tmp_path: Path, length: int) -> None:
     path = tmp_path / "a.las"
     marked(path, 1, np.int16, -9999, False)
     raw = bytearray(path.read_bytes())

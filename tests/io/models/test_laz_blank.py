@@ -26,7 +26,7 @@ except InputError as error:
 
 
 @pytest.mark.parametrize("format_", first_in_default_tier([1, 3, 7], 1))
-def test_a_blank_part_does_not_end_the_process(format_: int, tmp_path: Path) -> None:
+def test_blank_section_does_not_crash_the_process(format_: int, tmp_path: Path) -> None:
     chance = np.random.default_rng(4)
     cloud = laspy.LasData(laspy.LasHeader(version="1.4", point_format=format_))
     cloud.header.scales = [0.001] * 3
@@ -54,7 +54,7 @@ def test_a_blank_part_does_not_end_the_process(format_: int, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("block", [256, 1000])
-def test_a_blank_part_is_found_wherever_blocks_are_cut(
+def test_blank_section_is_found_at_any_block_boundary(
     block: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from vomstudio.core.errors import InputError

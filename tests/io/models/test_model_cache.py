@@ -48,7 +48,7 @@ def same(a: LoadedModel, b: LoadedModel) -> bool:
     )
 
 
-def test_a_mesh_comes_back_the_same_and_nothing_is_mapped(model: Path, tmp_path: Path) -> None:
+def test_mesh_round_trips_without_memory_mapping(model: Path, tmp_path: Path) -> None:
     loaded = read_model(model)
     model_cache.save(loaded, tmp_path / "cache" / "m")
     back = model_cache.open_cache_folder(tmp_path / "cache" / "m")
@@ -59,7 +59,7 @@ def test_a_mesh_comes_back_the_same_and_nothing_is_mapped(model: Path, tmp_path:
     assert sorted(p.name for p in (tmp_path / "cache").iterdir()) == ["m"]
 
 
-def test_a_cloud_comes_back_with_normals_and_fields(tmp_path: Path) -> None:
+def test_cloud_round_trips_with_normals_and_fields(tmp_path: Path) -> None:
     points = np.random.default_rng(0).random((7, 3))
     odd = "scalar / odd name"
     fields = {odd: np.arange(7, dtype=np.int16), "t": np.linspace(0, 1, 7)}
@@ -77,7 +77,7 @@ def test_a_cloud_comes_back_with_normals_and_fields(tmp_path: Path) -> None:
     assert back.crs == "EPSG:32615"
 
 
-def test_a_second_opening_reads_the_cache_and_a_changed_file_is_read_anew(
+def test_second_load_uses_cache_and_changed_file_is_reread(
     model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = tmp_path / "cache"
@@ -137,7 +137,7 @@ DAMAGE = {
 
 
 @pytest.mark.parametrize("kind", DAMAGE)
-def test_a_damaged_cache_is_refused_and_made_anew(model: Path, tmp_path: Path, kind: str) -> None:
+def test_damaged_cache_is_rejected_and_rebuilt(model: Path, tmp_path: Path, kind: str) -> None:
     folder = tmp_path / "cache"
     first = model_cache.load(model, folder)
     copy = tmp_path / "copy"
@@ -149,7 +149,7 @@ def test_a_damaged_cache_is_refused_and_made_anew(model: Path, tmp_path: Path, k
     model_cache.open_cache_folder(copy)
 
 
-def test_a_texture_that_has_gone_is_dropped_with_a_warning(model: Path, tmp_path: Path) -> None:
+def test_missing_texture_is_dropped_with_a_warning(model: Path, tmp_path: Path) -> None:
     model_cache.load(model, tmp_path / "cache")
     (tmp_path / "tex.png").unlink()
     back = model_cache.open_cache_folder(tmp_path / "cache")
@@ -158,16 +158,14 @@ def test_a_texture_that_has_gone_is_dropped_with_a_warning(model: Path, tmp_path
     assert back.warnings[-1].code == "texture.unusable"
 
 
-def test_a_cache_that_cannot_be_written_is_refused_and_loading_goes_on(
-    model: Path, tmp_path: Path
-) -> None:
+def test_unwritable_cache_is_rejected_and_loading_continues(model: Path, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(TargetError):
         model_cache.save(read_model(model), tmp_path / "file" / "cache")
     assert model_cache.load(model, tmp_path / "file" / "cache").kind == "mesh"
 
 
-def test_a_model_whose_cache_cannot_be_written_passes_through_the_temporary_files(
+def test_model_with_unwritable_cache_is_transferred_through_temporary_files(
     model, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(model_cache.tempfile, "tempdir", str(tmp_path / "temporary"))
@@ -182,7 +180,7 @@ def test_a_model_whose_cache_cannot_be_written_passes_through_the_temporary_file
         model_cache.load_for_transfer(model, tmp_path / "cache" / "model-1")
 
 
-def test_a_cache_that_was_handed_over_stays(model, tmp_path):
+def test_transferred_cache_is_kept(model, tmp_path):
     _, folder = model_cache.load_for_transfer(model, tmp_path / "cache" / "model-1")
     model_cache.read_transfer_folder(folder)
     assert folder == tmp_path / "cache" / "model-1"

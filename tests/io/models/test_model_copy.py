@@ -47,17 +47,17 @@ def test_the_copy_is_the_same_model_with_its_textures_and_its_crs(model, tmp_pat
     assert all(m.texture.is_relative_to(copy.parent) for m in now.data.materials)
 
 
-def test_nothing_outside_the_models_folder_is_taken_along(model):
+def test_files_outside_the_model_folder_are_not_copied(model):
     assert {p.name for p in companions(model)} == {"my cliff.mtl", "a.png", "b.png", "cliff.prj"}
 
 
-def test_a_second_copy_stands_beside_the_first(model, tmp_path):
+def test_second_copy_gets_its_own_folder(model, tmp_path):
     first = copy_model(model, tmp_path / "m")
     assert copy_model(model, tmp_path / "m") != first
     assert sorted(p.name for p in (tmp_path / "m").iterdir()) == ["cliff", "cliff-2"]
 
 
-def test_a_copy_that_fails_leaves_nothing(model, tmp_path):
+def test_failed_copy_leaves_no_files(model, tmp_path):
     class Stopped(Exception):
         pass
 
@@ -77,7 +77,7 @@ def test_a_copy_that_fails_leaves_nothing(model, tmp_path):
     assert not list((tmp_path / "m").iterdir())
 
 
-def test_the_buffers_and_images_of_a_gltf_and_of_a_ply_come_along(tmp_path: Path) -> None:
+def test_gltf_buffers_and_gltf_and_ply_images_are_copied(tmp_path: Path) -> None:
     folder = tmp_path / "in"
     folder.mkdir()
     for name in ("a b.bin", "rock.png", "other.png"):
@@ -110,7 +110,7 @@ def photographed(model: Path, photos: Path, name: Path) -> Path:
     return photos
 
 
-def test_the_copy_knows_its_cameras_and_where_the_photos_are(model, tmp_path):
+def test_copy_keeps_cameras_and_photo_folder(model, tmp_path):
     photos = photographed(model, tmp_path / "photos", model.with_name("cameras.json"))
     copy = copy_model(model, tmp_path / "p.vom" / "models")
     was, now = (read_cameras(m.with_name("cameras.json")) for m in (model, copy))
@@ -134,7 +134,7 @@ def test_a_relative_folder_of_photos_is_found_from_the_copy(model, tmp_path):
     assert find_photos(read_cameras(beside), beside) == photos
 
 
-def test_photos_that_are_copied_too_are_found_wherever_the_folder_goes(model, tmp_path):
+def test_copied_photos_are_found_after_moving_the_folder(model, tmp_path):
     photographed(model, tmp_path / "photos", tmp_path / "chosen.json")
     count, size = count_photos(model, tmp_path / "chosen.json")
     assert (count, size) == (2, sum(p.stat().st_size for p in (tmp_path / "photos").rglob("*.jpg")))
@@ -149,7 +149,7 @@ def test_photos_that_are_copied_too_are_found_wherever_the_folder_goes(model, tm
     assert all((folder / view.name).is_file() for view in cameras.views)
 
 
-def test_names_that_lead_out_of_the_photos_are_not_copied(model, tmp_path):
+def test_photo_names_outside_the_photo_folder_are_not_copied(model, tmp_path):
     photographed(model, tmp_path / "photos", model.with_name("cameras.json"))
     (tmp_path / "secret.jpg").write_bytes(b"x")
     cameras = read_cameras(model.with_name("cameras.json"))
@@ -162,14 +162,14 @@ def test_names_that_lead_out_of_the_photos_are_not_copied(model, tmp_path):
     assert (copy.parent / "photos" / "b.jpg").is_file()
 
 
-def test_cameras_that_cannot_be_read_do_not_keep_a_model_from_being_copied(model, tmp_path):
+def test_unreadable_cameras_do_not_prevent_copying_the_model(model, tmp_path):
     model.with_name("cameras.json").write_text("{")
     copy = copy_model(model, tmp_path / "p.vom" / "models", photos=True)
     assert copy.is_file()
     assert not copy.with_name("cameras.json").exists()
 
 
-def test_cameras_of_other_programs_are_taken_along_with_their_photos(model, tmp_path):
+def test_cameras_of_other_programs_are_copied_with_their_photos(model, tmp_path):
     """In the frame of the model, under the names of the files."""
     views = camera_files.ring(3)
     corners = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 0.0]])

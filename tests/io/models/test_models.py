@@ -22,7 +22,7 @@ OFFSET = np.array([5e5, 5e6, 0.0])
 
 
 @pytest.mark.parametrize("name", ["no.obj", "no.ply", "folder.obj"])
-def test_a_missing_file_or_a_folder_is_refused_by_name(tmp_path: Path, name: str) -> None:
+def test_missing_file_or_folder_is_rejected_by_name(tmp_path: Path, name: str) -> None:
     (tmp_path / "folder.obj").mkdir()
     with pytest.raises(InputError) as caught:
         read_model(tmp_path / name)
@@ -30,7 +30,7 @@ def test_a_missing_file_or_a_folder_is_refused_by_name(tmp_path: Path, name: str
 
 
 @pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may read everything")
-def test_a_file_that_may_not_be_read_is_refused(tmp_path: Path) -> None:
+def test_unreadable_file_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "model.obj"
     path.write_text("v 0 0 0\n")
     path.chmod(0)
@@ -38,7 +38,7 @@ def test_a_file_that_may_not_be_read_is_refused(tmp_path: Path) -> None:
         read_model(path)
 
 
-def test_the_hash_is_that_of_the_file(tmp_path: Path) -> None:
+def test_content_hash_is_the_file_hash(tmp_path: Path) -> None:
     path = tmp_path / "model.obj"
     content = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n" * 9
     path.write_bytes(content)
@@ -60,7 +60,7 @@ def test_resolution_of_a_grid_of_points_is_its_spacing(side: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_the_spacing_of_few_points_is_what_a_tree_says_to_the_bit(seed: int) -> None:
+def test_spacing_of_few_points_is_bit_identical_to_tree_search(seed: int) -> None:
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(int(rng.integers(2, 300)), 3)) * 10.0 ** rng.uniform(-3, 6)
     points = np.round(points, 1) if seed % 3 == 0 else points
@@ -73,7 +73,7 @@ def test_the_spacing_of_few_points_is_what_a_tree_says_to_the_bit(seed: int) -> 
     assert found == np.mean(nearest) if nearest else np.isnan(found)
 
 
-def test_resolution_of_random_points_is_that_of_a_poisson_process() -> None:
+def test_random_point_resolution_matches_poisson_process() -> None:
     rng = np.random.default_rng(8)
     points = np.column_stack([rng.random((600_000, 2)) * 100, np.zeros(600_000)])
     assert resolution(PointCloud(points)) == pytest.approx(1.0 / np.sqrt(60.0), rel=0.05)
@@ -82,7 +82,7 @@ def test_resolution_of_random_points_is_that_of_a_poisson_process() -> None:
 
 
 @pytest.mark.full
-def test_points_that_stand_twice_do_not_make_a_model_finer() -> None:
+def test_duplicate_points_do_not_improve_resolution() -> None:
     x, y = np.meshgrid(np.arange(20.0), np.arange(20.0))
     points = np.stack([x, y, 0 * x], -1).reshape(-1, 3)
     assert resolution(PointCloud(np.repeat(points, 2, axis=0))) == pytest.approx(1.0, rel=0.08)
@@ -90,7 +90,7 @@ def test_points_that_stand_twice_do_not_make_a_model_finer() -> None:
     assert np.isnan(resolution(PointCloud(np.zeros((300_000, 3)))))
 
 
-def test_a_description_has_the_promised_keys_and_is_json(tmp_path: Path) -> None:
+def test_description_has_the_documented_keys_and_is_json(tmp_path: Path) -> None:
     path = tmp_path / "model.obj"
     path.write_text("v 1 2 3 0 0 1\nv 4 2 3 0 0 1\nv 1 6 3 0 0 1\nf 1 2 3\nf 1 2 9\n")
     told = json.loads(to_json(describe(path)))
@@ -117,7 +117,7 @@ def test_a_description_has_the_promised_keys_and_is_json(tmp_path: Path) -> None
     assert codes(told) == ["model.faces-without-vertices", "frame.assumed"]
 
 
-def test_one_point_has_no_resolution_in_json(tmp_path: Path) -> None:
+def test_single_point_has_null_resolution_in_json(tmp_path: Path) -> None:
     path = tmp_path / "point.obj"
     path.write_text("v 1 2 3\n")
     assert describe(path)["resolution_m"] is None

@@ -34,14 +34,14 @@ def library(folder: Path, text: str) -> tuple[dict[str, Material], list[Finding]
         ("-unknown tex.jpg", "-unknown tex.jpg"),
     ],
 )
-def test_options_before_a_texture_are_no_part_of_its_name(value: str, name: str) -> None:
+def test_texture_options_are_not_part_of_the_name(value: str, name: str) -> None:
     assert parse_map_statement(value)[0] == name
 
 
 @pytest.mark.parametrize(
     "name", ["TEX.JPG", "sub\\Tex.jpg", "./sub/tex.jpg", "SUB/tex.JPG", '"tex.jpg"']
 )
-def test_case_backslashes_and_quotes_are_forgiven(tmp_path: Path, name: str) -> None:
+def test_texture_names_tolerate_case_backslashes_and_quotes(tmp_path: Path, name: str) -> None:
     (tmp_path / "sub").mkdir()
     for place in (tmp_path, tmp_path / "sub"):
         Image.new("RGB", (2, 2)).save(place / "tex.jpg")
@@ -79,7 +79,7 @@ def test_a_texture_outside_the_folder_is_never_opened(
     assert opened == []
 
 
-def test_a_texture_that_lies_beside_the_model_is_taken_in_place_of_a_lost_path(
+def test_texture_beside_the_model_replaces_a_broken_path(
     tmp_path: Path,
 ) -> None:
     Image.new("RGB", (2, 2)).save(tmp_path / "wall.jpg")
@@ -88,7 +88,7 @@ def test_a_texture_that_lies_beside_the_model_is_taken_in_place_of_a_lost_path(
     assert finding.code == "texture.substituted"
 
 
-def test_what_is_no_image_is_named_and_not_used(tmp_path: Path) -> None:
+def test_file_that_is_not_an_image_is_reported_and_unused(tmp_path: Path) -> None:
     (tmp_path / "tex.jpg").write_text("no image at all")
     materials, findings = library(tmp_path, "newmtl a\nmap_Kd tex.jpg\nnewmtl b\nmap_Kd gone.png\n")
     assert materials["a"].texture is None
@@ -101,7 +101,7 @@ def png_header(width: int, height: int) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + body + struct.pack(">I", zlib.crc32(body))
 
 
-def test_hostile_dimensions_are_refused_from_the_header(tmp_path: Path) -> None:
+def test_excessive_image_dimensions_are_rejected_from_the_header(tmp_path: Path) -> None:
     path = tmp_path / "bomb.png"
     path.write_bytes(png_header(2**31 - 1, 2**31 - 1) + b"\0\0\0\0IDAT")
     assert "bomb.png" in str(check_image(path))
@@ -120,20 +120,20 @@ def test_the_large_textures_of_surveys_pass(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["", ".", "..", "a\0b", "/", "C:", "\\"])
-def test_strange_names_find_nothing(tmp_path: Path, name: str) -> None:
+def test_unusual_names_find_no_file(tmp_path: Path, name: str) -> None:
     found, reason = find_companion(tmp_path, name)
     assert found is None
     assert reason
 
 
-def test_a_broken_colour_is_told_and_the_rest_is_kept(tmp_path: Path) -> None:
+def test_invalid_color_is_reported_and_others_are_kept(tmp_path: Path) -> None:
     materials, findings = library(tmp_path, "Kd 9 9 9\nnewmtl a\nKd red\nnewmtl b b\nKd 2 0.5 -1\n")
     assert materials["a"].diffuse is None
     assert materials["b b"].diffuse == (1.0, 0.5, 0.0)
     assert by_code(findings)["material.color-invalid"]["line"] == 3
 
 
-def test_a_library_that_is_binary_is_told(tmp_path: Path) -> None:
+def test_binary_material_library_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "lib.mtl"
     path.write_bytes(b"newmtl a\n\0\0")
     materials, findings = read_library(path, tmp_path)
@@ -177,7 +177,7 @@ def test_a_missing_texture_is_replaced_by_the_only_picture_of_that_name(
         assert message.values["missing"] == "not_found"
 
 
-def test_a_texture_that_is_there_is_never_replaced(tmp_path: Path) -> None:
+def test_existing_texture_is_never_replaced(tmp_path: Path) -> None:
     picture(tmp_path / "a_1.png")
     (tmp_path / "own.png").write_bytes(b"no picture")
     materials, _ = library(tmp_path, "newmtl a\nmap_Kd own.png\n")

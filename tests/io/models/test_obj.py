@@ -126,7 +126,7 @@ def obj_texts(draw: st.DrawFn) -> str:
 @pytest.mark.full
 @settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 @given(text=obj_texts())
-def test_any_sound_obj_is_what_a_plain_parser_finds(text: str, tmp_path: Path) -> None:
+def test_valid_obj_matches_a_simple_parser(text: str, tmp_path: Path) -> None:
     plain = "\n".join(line.split("#")[0] for line in text.splitlines())
     mesh, _ = read_mesh(tmp_path, text)
     assert corners_of(mesh) == expected_of(plain)
@@ -167,7 +167,7 @@ def test_decimals_are_rounded_as_python_rounds_them(tmp_path: Path) -> None:
     assert mesh.vertices.reshape(-1).tobytes() == expected.tobytes()
 
 
-def test_blocks_that_are_read_apart_join_without_a_seam(
+def test_separately_parsed_blocks_join_seamlessly(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rng = np.random.default_rng(3)
@@ -187,7 +187,7 @@ def test_blocks_that_are_read_apart_join_without_a_seam(
     assert corners_of(cut) == corners_of(whole) == expected_of(text)
 
 
-def test_a_vertex_with_two_texture_coordinates_stands_twice(tmp_path: Path) -> None:
+def test_vertex_with_two_texture_coordinates_is_duplicated(tmp_path: Path) -> None:
     mesh, _ = read_mesh(
         tmp_path,
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt .5 .5\n"
@@ -200,7 +200,7 @@ def test_a_vertex_with_two_texture_coordinates_stands_twice(tmp_path: Path) -> N
     assert (mesh.vertices[mesh.faces[0, 0]] == mesh.vertices[mesh.faces[1, 0]]).all()
 
 
-def test_faces_without_texture_among_textured_ones_have_none(tmp_path: Path) -> None:
+def test_untextured_faces_in_textured_mesh_have_nan_uv(tmp_path: Path) -> None:
     mesh, _ = read_mesh(
         tmp_path,
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\nf 1 3 4\n",
@@ -211,7 +211,7 @@ def test_faces_without_texture_among_textured_ones_have_none(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("scale", [1, 255])
-def test_vertex_colours_may_run_to_1_or_to_255(tmp_path: Path, scale: int) -> None:
+def test_vertex_colors_may_range_to_1_or_255(tmp_path: Path, scale: int) -> None:
     rows = [(1, 0, 0), (0, 1, 0), (0.2, 0.4, 1)]
     text = "".join(
         f"v {k} {k * k} 0 " + " ".join(str(c * scale) for c in row) + "\n"
@@ -222,12 +222,12 @@ def test_vertex_colours_may_run_to_1_or_to_255(tmp_path: Path, scale: int) -> No
     assert mesh.colors.tolist() == [[255, 0, 0], [0, 255, 0], [51, 102, 255]]
 
 
-def test_a_weight_after_the_coordinates_is_no_colour(tmp_path: Path) -> None:
+def test_vertex_weight_is_not_read_as_color(tmp_path: Path) -> None:
     mesh, _ = read_mesh(tmp_path, "v 0 0 0 1\nv 1 0 0 1\nv 0 1 0 1\nf 1 2 3\n")
     assert mesh.colors is None
 
 
-def test_old_and_continued_lines_are_one_line(tmp_path: Path) -> None:
+def test_old_mac_line_ends_and_continued_lines_are_parsed(tmp_path: Path) -> None:
     mesh, findings = read_mesh(
         tmp_path, "v 0 0 \\\n 0\r\nv 1 0 0\nv 1 1 0\nf 1 \\\r\n 2 3\nf 1 2 9\n"
     )
@@ -284,7 +284,7 @@ def test_the_triangles_of_a_polygon_cover_it_once(
     assert np.allclose(mesh.uv[:, 0] * 9, mesh.vertices[:, 0], atol=1e-6)
 
 
-def test_unsound_vertices_and_faces_are_left_out_and_counted(tmp_path: Path) -> None:
+def test_invalid_vertices_and_faces_are_skipped_and_counted(tmp_path: Path) -> None:
     mesh, findings = read_mesh(
         tmp_path,
         "v 0 0 0\nv nan 0 0\nv 1 0 0\nv 1 1 0\nv x 1 2\nv 1\nv 2 inf 0\n"
@@ -302,7 +302,7 @@ def test_unsound_vertices_and_faces_are_left_out_and_counted(tmp_path: Path) -> 
     }
 
 
-def test_materials_keep_their_faces_when_some_are_left_out(tmp_path: Path) -> None:
+def test_materials_keep_their_faces_if_some_are_skipped(tmp_path: Path) -> None:
     text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv nan 0 0\n" + (
         "usemtl a\nf 1 2 3\nf 1 2 4\nusemtl b\nf 1 2 9\nf 3 2 1\n"
         "usemtl a\nf 2 3 1\nusemtl c\nf 1 2 8\n"
@@ -333,19 +333,19 @@ def test_points_without_faces_become_a_cloud_with_a_warning(tmp_path: Path) -> N
         b"vt 0 0\n",
     ],
 )
-def test_a_file_without_a_model_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
+def test_file_without_model_is_rejected_by_name(tmp_path: Path, content: bytes) -> None:
     path = write(tmp_path, content)
     with pytest.raises(InputError) as caught:
         read_model(path)
     assert str(path) in str(caught.value)
 
 
-def test_a_last_line_without_an_end_is_told(tmp_path: Path) -> None:
+def test_last_line_without_line_end_is_reported(tmp_path: Path) -> None:
     _, findings = read_mesh(tmp_path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3")
     assert "model.maybe-cut-short" in findings
 
 
-def test_an_obj_cut_anywhere_gives_a_model_or_one_sentence(tmp_path: Path) -> None:
+def test_truncated_obj_gives_model_or_input_error(tmp_path: Path) -> None:
     text = (
         b"mtllib model.mtl\nv 1.5 2.5e0 3 1 0 0\nv 4 5 6 0 1 0\nv 7 8 0 0 0 1\nv 1 1 1 1 1 1\n"
         b"vt 0 1\nvt 1 1\nvt .5 0\nusemtl stone\nf 1/1/1 2/2 3/3 4/1\n"
@@ -366,7 +366,7 @@ def test_an_obj_cut_anywhere_gives_a_model_or_one_sentence(tmp_path: Path) -> No
         st.text("vftusemlib 0123456789.-+e/\\\n\r#\tnan", max_size=300).map(str.encode),
     )
 )
-def test_no_bytes_bring_anything_but_a_model_or_one_sentence(data: bytes, tmp_path: Path) -> None:
+def test_arbitrary_bytes_give_model_or_input_error(data: bytes, tmp_path: Path) -> None:
     try:
         loaded = read_model(write(tmp_path, data))
     except InputError:
@@ -398,7 +398,7 @@ def test_textures_are_found_beside_the_model(tmp_path: Path) -> None:
     assert findings["material.missing"]["names"] == ("b",)
 
 
-def test_several_libraries_may_stand_in_one_line(tmp_path: Path) -> None:
+def test_several_libraries_may_share_one_line(tmp_path: Path) -> None:
     (tmp_path / "a.mtl").write_text("newmtl a\nKd 1 0 0\n")
     (tmp_path / "b.mtl").write_text("newmtl b\nKd 0 1 0\n")
     mesh, findings = read_mesh(
@@ -410,7 +410,7 @@ def test_several_libraries_may_stand_in_one_line(tmp_path: Path) -> None:
     assert "material.file-unusable" in findings
 
 
-def test_an_absent_material_file_is_told_and_the_geometry_loads(tmp_path: Path) -> None:
+def test_missing_material_file_is_reported_and_geometry_loads(tmp_path: Path) -> None:
     mesh, findings = read_mesh(
         tmp_path, "mtllib no.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n"
     )
@@ -444,7 +444,7 @@ def test_the_survey_model_keeps_its_millimetres_and_textures(data_dir: Path) -> 
     assert high[:2].round(2).tolist() == [576765.32, 5188208.90]
 
 
-def test_a_byte_order_mark_does_not_cost_the_first_vertex(tmp_path: Path) -> None:
+def test_byte_order_mark_does_not_lose_the_first_vertex(tmp_path: Path) -> None:
     mesh, findings = read_mesh(tmp_path, b"\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")
     assert mesh.vertices[0].tolist() == [0, 0, 0]
     assert findings == {}
@@ -459,7 +459,7 @@ def test_a_polygon_of_very_many_corners_is_still_a_fan(tmp_path: Path) -> None:
     assert area(mesh) == pytest.approx(n / 2 * math.sin(2 * math.pi / n))
 
 
-def test_colours_count_though_the_first_vertex_has_none(tmp_path: Path) -> None:
+def test_vertex_colors_are_read_if_the_first_vertex_has_none(tmp_path: Path) -> None:
     text = "v 0 0 0\nv 1 0 0 1 0 0\nv 1 1 0 0 0.5 1\nv 0 1 0\nf 1 2 3\nf 1 3 4\n"
     mesh, _ = read_mesh(tmp_path, text)
     assert mesh.colors.tolist() == [[255] * 3, [255, 0, 0], [0, 128, 255], [255] * 3]
@@ -468,7 +468,7 @@ def test_colours_count_though_the_first_vertex_has_none(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
-def test_text_of_another_encoding_is_read_with_its_library(tmp_path: Path, encoding: str) -> None:
+def test_obj_and_mtl_in_other_encodings_are_read(tmp_path: Path, encoding: str) -> None:
     text = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl Schluff_ä\nf 1 2 3\n"
     library = "newmtl Schluff_ä\nKd 1 0.5 0\n"
     (tmp_path / "a.mtl").write_bytes(library.encode(encoding))

@@ -99,7 +99,7 @@ def test_points_keep_colours_normals_and_fields(tmp_path):
     assert np.array_equal(read.data.fields["intensity"], cloud.fields["intensity"][mask])
 
 
-def test_what_cannot_be_a_piece_is_said_and_leaves_nothing(tmp_path):
+def test_invalid_selection_is_rejected_and_leaves_no_files(tmp_path):
     mesh = two_materials(tmp_path)
     with refused("model.empty-selection", GeometryError):
         written(mesh, [False] * 5, tmp_path)

@@ -147,7 +147,9 @@ def test_normals_and_fields_of_all_types_are_kept(tmp_path: Path, form: str) -> 
 
 
 @pytest.mark.parametrize("form", FORMATS)
-def test_texture_coordinates_per_face_and_several_textures(tmp_path: Path, form: str) -> None:
+def test_texture_coordinates_per_face_and_several_textures_are_read(
+    tmp_path: Path, form: str
+) -> None:
     for k in range(2):
         Image.new("RGB", (2, 2)).save(tmp_path / f"tex {k}.jpg")
     properties = ["list uchar int vertex_indices", "list uchar float texcoord", "int texnumber"]
@@ -175,7 +177,7 @@ def test_texture_coordinates_per_face_and_several_textures(tmp_path: Path, form:
 
 
 @pytest.mark.parametrize("names", [("s", "t"), ("u", "v"), ("texture_u", "texture_v")])
-def test_texture_coordinates_per_vertex(tmp_path: Path, names: tuple[str, str]) -> None:
+def test_texture_coordinates_per_vertex_are_read(tmp_path: Path, names: tuple[str, str]) -> None:
     rows = [(*p, 0.25, 0.75) for p in SQUARE]
     content = encode(
         "ascii",
@@ -193,7 +195,7 @@ def test_texture_coordinates_per_vertex(tmp_path: Path, names: tuple[str, str]) 
     assert loaded.warnings[0].code == "texture.unusable"
 
 
-def test_unsound_vertices_and_faces_are_left_out_and_counted(tmp_path: Path) -> None:
+def test_invalid_vertices_and_faces_are_skipped_and_counted(tmp_path: Path) -> None:
     rows = [*SQUARE, (float("nan"), 0.0, 0.0)]
     faces = [([0, 1, 2],), ([0, 1, 4],), ([0, 1, 77],), ([0, -1, 2],), ([0, 1],), ([2, 2, 1],)]
     for form in FORMATS:
@@ -213,9 +215,7 @@ def test_unsound_vertices_and_faces_are_left_out_and_counted(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("form", FORMATS)
-def test_fewer_records_than_promised_give_what_is_there_and_say_so(
-    tmp_path: Path, form: str
-) -> None:
+def test_fewer_records_than_declared_are_read_with_a_warning(tmp_path: Path, form: str) -> None:
     content = encode(form, [("vertex", XYZ, SQUARE)])
     content = content.replace(b"element vertex 4", b"element vertex 1000000000000")
     loaded = read_model(save(tmp_path, content))
@@ -225,7 +225,7 @@ def test_fewer_records_than_promised_give_what_is_there_and_say_so(
 
 
 @pytest.mark.parametrize("form", FORMATS)
-def test_a_list_that_claims_more_than_the_file_holds_stops_there(tmp_path: Path, form: str) -> None:
+def test_list_longer_than_the_file_is_truncated(tmp_path: Path, form: str) -> None:
     content = encode(
         form,
         [
@@ -245,7 +245,7 @@ def test_a_list_that_claims_more_than_the_file_holds_stops_there(tmp_path: Path,
 
 
 @pytest.mark.parametrize("form", first_in_default_tier(FORMATS))
-def test_a_ply_cut_anywhere_gives_a_model_or_one_sentence(tmp_path: Path, form: str) -> None:
+def test_truncated_ply_gives_model_or_input_error(tmp_path: Path, form: str) -> None:
     content = encode(
         form,
         [
@@ -300,20 +300,20 @@ GOOD = encode("ascii", [("vertex", XYZ, SQUARE)]).decode()
         ("element vertex 4", "element vertex " + "9" * 30),
     ],
 )
-def test_a_wrong_header_is_refused_by_name(tmp_path: Path, old: str, new: str) -> None:
+def test_invalid_header_is_rejected_by_name(tmp_path: Path, old: str, new: str) -> None:
     path = save(tmp_path, GOOD.replace(old, new, 1).encode())
     with pytest.raises(InputError) as caught:
         read_model(path)
     assert str(path) in str(caught.value)
 
 
-def test_binary_data_under_an_ascii_header_are_refused(tmp_path: Path) -> None:
+def test_binary_data_with_ascii_header_is_rejected(tmp_path: Path) -> None:
     content = encode("binary_little_endian", [("vertex", XYZ, SQUARE)])
     with refused("file.damaged", format="PLY"):
         read_model(save(tmp_path, content.replace(b"binary_little_endian", b"ascii")))
 
 
-def test_windows_line_ends_and_words_that_are_no_numbers(tmp_path: Path) -> None:
+def test_windows_line_ends_are_read_and_non_numeric_words_skipped(tmp_path: Path) -> None:
     text = GOOD.replace("0.0\n", "abc\n", 1).replace("\n", "\r\n")
     loaded = read_model(save(tmp_path, text.encode()))
     assert len(loaded.data.points) == 3  # type: ignore[union-attr]
@@ -322,7 +322,7 @@ def test_windows_line_ends_and_words_that_are_no_numbers(tmp_path: Path) -> None
 
 @settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
 @given(form=st.sampled_from(FORMATS), at=st.integers(0, 400), new=st.binary(max_size=6))
-def test_no_damage_brings_anything_but_a_model_or_one_sentence(
+def test_damaged_bytes_give_model_or_input_error(
     form: str, at: int, new: bytes, tmp_path: Path
 ) -> None:
     content = encode(
@@ -357,7 +357,7 @@ def test_triangles_beyond_the_vertices_are_counted(tmp_path: Path, form: str) ->
 
 
 @pytest.mark.parametrize("form", FORMATS)
-def test_triangle_strips_are_faces_that_look_to_one_side(tmp_path: Path, form: str) -> None:
+def test_triangle_strips_give_consistently_oriented_faces(tmp_path: Path, form: str) -> None:
     """Two strips of a plane of 4 by 2, one of them begun anew after -1: area 8, all normals up."""
     place = {}
     for x in range(5):
@@ -378,7 +378,7 @@ def test_triangle_strips_are_faces_that_look_to_one_side(tmp_path: Path, form: s
     assert np.allclose(normals, [0, 0, 0.5])
 
 
-def test_strips_beside_faces_are_joined_and_what_is_not_read_is_said(tmp_path: Path) -> None:
+def test_strips_and_faces_are_joined_and_unread_elements_are_reported(tmp_path: Path) -> None:
     elements = [
         ("vertex", XYZ, SQUARE),
         ("face", ["list uchar int vertex_indices"], [([0, 1, 2],)]),
@@ -399,7 +399,7 @@ def test_text_of_another_encoding_is_read(tmp_path: Path, encoding: str) -> None
 
 @pytest.mark.parametrize("form", FORMATS)
 @pytest.mark.parametrize("prefix", ["", "diffuse_"])
-def test_colours_of_faces_are_said_to_be_left_out(tmp_path: Path, form: str, prefix: str) -> None:
+def test_unused_face_colors_are_reported(tmp_path: Path, form: str, prefix: str) -> None:
     colours = [f"uchar {prefix}{name}" for name in ("red", "green", "blue")]
     faces = [([0, 1, 2], 255, 0, 0), ([0, 2, 3], 0, 255, 0)]
     properties = ["list uchar int vertex_indices", *colours]
@@ -413,7 +413,7 @@ def test_colours_of_faces_are_said_to_be_left_out(tmp_path: Path, form: str, pre
 
 @pytest.mark.parametrize("form", FORMATS)
 @pytest.mark.parametrize("cut", [0, 7])
-def test_a_file_in_pieces_is_the_file_as_a_whole(
+def test_blockwise_read_matches_whole_file_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, form: str, cut: int
 ) -> None:
     """Polygons with and without texture coordinates of their own, two textures, unsound corners."""
@@ -462,7 +462,7 @@ def test_a_file_in_pieces_is_the_file_as_a_whole(
 
 
 @pytest.mark.parametrize("word", ["nan", "-1e30", "1e30", "2147483648", "-3"])
-def test_a_corner_that_is_no_index_costs_its_face_alone(tmp_path: Path, word: str) -> None:
+def test_invalid_corner_index_drops_only_its_face(tmp_path: Path, word: str) -> None:
     content = encode(
         "ascii",
         [
@@ -480,7 +480,7 @@ def test_a_corner_that_is_no_index_costs_its_face_alone(tmp_path: Path, word: st
     assert any(each.values.get("count") == 1 for each in loaded.warnings)
 
 
-def test_a_line_that_was_cut_off_is_none_of_those_with_too_few_values(tmp_path: Path) -> None:
+def test_truncated_last_line_is_not_counted_as_a_short_line(tmp_path: Path) -> None:
     content = encode(
         "ascii", [("vertex", ["float x", "float y", "float z"], [(1, 2, 3), (4, 5, 6), (7, 8, 9)])]
     )

@@ -35,7 +35,7 @@ def make(path: Path, point_format: int, n: int = N) -> Path:
 
 @pytest.mark.parametrize("point_format", first_in_default_tier([0, 1, 2, 3, 6, 7, 8]))
 @pytest.mark.parametrize("ending", first_in_default_tier([".las", ".laz"]))
-def test_a_preview_holds_points_of_the_file_from_end_to_end(
+def test_preview_contains_points_from_the_whole_file(
     tmp_path: Path, ending: str, point_format: int
 ) -> None:
     path = make(tmp_path / f"a{ending}", point_format)
@@ -79,7 +79,7 @@ def test_a_small_file_is_shown_whole(tmp_path: Path) -> None:
         assert len(cloud.points) == 300
 
 
-def test_what_cannot_be_previewed_is_none_and_never_an_error(tmp_path: Path) -> None:
+def test_preview_of_unreadable_file_is_none_and_never_raises(tmp_path: Path) -> None:
     path = tmp_path / "a.laz"
     assert preview(path) is None
     for content in (b"", b"LASF", b"LASF" + b"\0" * 300, b"ply\n"):
@@ -101,7 +101,7 @@ def test_what_cannot_be_previewed_is_none_and_never_an_error(tmp_path: Path) -> 
 
 
 @pytest.mark.slow
-def test_nine_million_points_have_a_first_picture_at_once(data_dir: Path) -> None:
+def test_nine_million_points_are_previewed_at_once(data_dir: Path) -> None:
     path = data_dir / "brighton_model" / "load_9.4M.laz"
     preview(path)
     started = time.perf_counter()

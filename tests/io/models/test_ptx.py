@@ -38,7 +38,7 @@ PLACES = [np.array([5.0, 15.0, 1.0]), np.array([500000.0, 4000000.0, 300.0])]
 
 
 @pytest.mark.parametrize("ending", [".ptx", ".txt"])
-def test_scans_are_put_together_by_their_poses(tmp_path: Path, ending: str) -> None:
+def test_scans_are_placed_by_their_poses(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"a{ending}"
     path.write_text(scan(TURNS[0], PLACES[0]) + scan(TURNS[1], PLACES[1]))
     loaded = read_model(path)
@@ -50,7 +50,7 @@ def test_scans_are_put_together_by_their_poses(tmp_path: Path, ending: str) -> N
     assert not loaded.warnings
 
 
-def test_colours_and_a_single_scan(tmp_path: Path) -> None:
+def test_single_scan_with_colors_is_read(tmp_path: Path) -> None:
     path = tmp_path / "a.ptx"
     path.write_text(scan(TURNS[0], PLACES[0], " 10 20 255"))
     data = read_model(path).data
@@ -72,7 +72,7 @@ def test_a_truncated_scan_is_read_and_reported(tmp_path: Path) -> None:
     ("row", "text"),
     [(0, "inf"), (1, "-1"), (6, "2 0 0 0"), (6, "1 0 0"), (12, "1 2 x 4"), (12, "1 2")],
 )
-def test_damage_is_named_with_its_line(tmp_path: Path, row: int, text: str) -> None:
+def test_damage_is_reported_with_its_line(tmp_path: Path, row: int, text: str) -> None:
     path = tmp_path / "a.ptx"
     lines = scan(TURNS[0], PLACES[0]).splitlines()
     lines[row] = text

@@ -50,7 +50,7 @@ def hash_of(path: Path) -> str:
         replace(registration(), method="lines", frame=Frame("scaled", level=True)),
     ],
 )
-def test_a_record_comes_back_as_it_was(model: Path, record: Registration) -> None:
+def test_registration_record_round_trips(model: Path, record: Registration) -> None:
     written = write_registration(record, [model])
     assert written == registration_path(model) == model.with_name("cliff.v2.registration.json")
     found = find_registration(model, hash_of(model))
@@ -60,7 +60,7 @@ def test_a_record_comes_back_as_it_was(model: Path, record: Registration) -> Non
     assert replace(found.registration, id=record.id) == record
 
 
-def test_the_file_states_parameters_and_their_units_for_others(model: Path) -> None:
+def test_file_states_parameters_with_their_units(model: Path) -> None:
     record = registration()
     plain = json.loads(write_registration(record, [model]).read_text("utf-8"))
     assert (plain["format"], plain["version"]) == ("vomstudio registration", 1)
@@ -75,7 +75,7 @@ def test_the_file_states_parameters_and_their_units_for_others(model: Path) -> N
     assert plain["evidence"]["observations"][0]["count"] == 2
 
 
-def test_models_of_one_name_share_the_file_of_one_registration(model: Path) -> None:
+def test_models_with_the_same_name_share_one_registration_file(model: Path) -> None:
     other = model.with_suffix(".obj")
     other.write_bytes(b"the same surface in another format")
     write_registration(registration(), [model])
@@ -91,7 +91,7 @@ def test_models_of_one_name_share_the_file_of_one_registration(model: Path) -> N
     assert finding.code == "registration.other-model"
 
 
-def test_a_model_without_such_a_file_has_neither_registration_nor_finding(model: Path) -> None:
+def test_model_without_registration_file_has_no_registration_or_finding(model: Path) -> None:
     found = find_registration(model, hash_of(model))
     assert (found.registration, found.findings) == (None, ())
 
@@ -146,7 +146,7 @@ SKEWED = (np.eye(7) + np.eye(7, k=1) * 0.5).tolist()
         (changed("shape/normal", [1.0]), "damaged"),
     ],
 )
-def test_what_cannot_be_used_is_a_finding_with_a_code(
+def test_unusable_registration_gives_a_finding_with_code(
     model: Path, change: Callable[[dict[str, Any]], None], code: str
 ) -> None:
     path = write_registration(registration(), [model])
@@ -162,7 +162,9 @@ def test_what_cannot_be_used_is_a_finding_with_a_code(
 
 
 @pytest.mark.parametrize("content", [b"", b"[]", b"5", b"{", b"\xff\xfe", b"[" * 100_000])
-def test_what_is_no_such_file_is_a_finding(model: Path, content: bytes) -> None:
+def test_file_that_is_not_a_registration_is_reported_as_damaged(
+    model: Path, content: bytes
+) -> None:
     registration_path(model).write_bytes(content)
     found = find_registration(model, hash_of(model))
     assert [each.code for each in found.findings] == ["registration.damaged"]
@@ -210,7 +212,7 @@ def place_error(record: Registration, place: Array) -> float:
     return float(np.sqrt(np.trace(moves @ np.array(record.covariance) @ moves.T)))
 
 
-def test_a_world_in_another_unit_scales_lengths_and_no_angles() -> None:
+def test_changing_the_world_unit_scales_lengths_and_not_angles() -> None:
     record = registration()
     moved = change_world(record, np.diag([2.0, 2.0, 2.0, 1.0]), Frame("local"))
     assert np.array(moved.covariance)[:4, :4] == pytest.approx(
@@ -221,7 +223,7 @@ def test_a_world_in_another_unit_scales_lengths_and_no_angles() -> None:
     assert moved.reach_m == pytest.approx(24.0)
 
 
-def test_other_coordinates_in_the_file_change_neither_place_nor_errors() -> None:
+def test_changing_the_file_frame_keeps_position_and_errors() -> None:
     record = registration()
     by = similarity(0.01, Rotation.from_euler("x", 90, degrees=True).as_matrix(), np.ones(3))
     moved = change_file_frame(record, by)

@@ -63,7 +63,7 @@ def test_a_reader_of_another_package_reads_its_files(
     assert read_model(path).kind == "cloud"
 
 
-def test_a_reader_is_one_file_among_the_formats(
+def test_reader_can_be_one_module_in_the_formats_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "xyzq.py").write_text(
@@ -75,7 +75,7 @@ def test_a_reader_is_one_file_among_the_formats(
     assert "One file" in [r.name for r in registry.find_readers().all]
 
 
-def test_a_broken_package_does_not_stop_the_others(
+def test_broken_plugin_does_not_disable_other_readers(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     offer(monkeypatch)
@@ -96,11 +96,11 @@ def test_a_broken_package_does_not_stop_the_others(
 @pytest.mark.parametrize(
     "extension", [".obj", ".ply", ".las", ".laz", ".glb", ".gltf", ".stl", ".xyz", ".csv"]
 )
-def test_our_formats_are_offered(extension: str) -> None:
+def test_builtin_formats_are_registered(extension: str) -> None:
     assert extension in registry.extensions()
 
 
-def test_content_decides_over_a_wrong_extension(tmp_path: Path) -> None:
+def test_content_overrides_a_wrong_extension(tmp_path: Path) -> None:
     path = tmp_path / "really_ply.obj"
     path.write_text(
         "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
@@ -112,7 +112,7 @@ def test_content_decides_over_a_wrong_extension(tmp_path: Path) -> None:
     assert read_model(path).kind == "mesh"
 
 
-def test_an_unknown_file_is_refused_with_what_can_be_read(tmp_path: Path) -> None:
+def test_unknown_file_is_rejected_with_a_list_of_formats(tmp_path: Path) -> None:
     path = tmp_path / "notes.docx"
     path.write_bytes(b"PK\x03\x04")
     with pytest.raises(InputError) as caught:
@@ -121,7 +121,7 @@ def test_an_unknown_file_is_refused_with_what_can_be_read(tmp_path: Path) -> Non
         assert word in str(caught.value)
 
 
-def test_the_reader_asked_first_is_the_first_that_names_the_ending() -> None:
+def test_default_reader_is_the_first_one_for_the_extension() -> None:
     """Which spares the import of the others must not change who reads."""
     for ending in formats.MODULES_BY_SUFFIX:
         first = next(r for r in registry.find_readers().all if ending in r.extensions)

@@ -32,7 +32,7 @@ def mesh_of(path: Path) -> tuple[Mesh, dict[str, dict[str, Any]]]:
 
 
 @pytest.mark.parametrize("kind", ["stl", "stl_ascii"])
-def test_a_mesh_is_what_trimesh_wrote_and_closed_again(tmp_path: Path, kind: str) -> None:
+def test_trimesh_export_is_read_and_vertices_are_merged(tmp_path: Path, kind: str) -> None:
     path, ball = sphere(tmp_path, kind)
     mesh, findings = mesh_of(path)
     assert findings == {}
@@ -46,7 +46,7 @@ def test_a_binary_file_may_begin_with_solid(tmp_path: Path) -> None:
     assert len(mesh_of(path)[0].faces) == len(ball.faces)
 
 
-def test_the_origin_beside_is_added_in_float64(tmp_path: Path) -> None:
+def test_offset_file_origin_is_added_in_float64(tmp_path: Path) -> None:
     path, _ = sphere(tmp_path, "stl")
     bare = mesh_of(path)[0].vertices
     (tmp_path / "ball.offset.txt").write_text(
@@ -58,7 +58,7 @@ def test_the_origin_beside_is_added_in_float64(tmp_path: Path) -> None:
     assert loaded.crs == "EPSG:32615"
 
 
-def test_a_file_cut_short_gives_its_faces_and_says_so(tmp_path: Path) -> None:
+def test_truncated_file_gives_its_faces_with_a_warning(tmp_path: Path) -> None:
     for kind in ("stl", "stl_ascii"):
         path, ball = sphere(tmp_path, kind)
         content = path.read_bytes()
@@ -68,7 +68,7 @@ def test_a_file_cut_short_gives_its_faces_and_says_so(tmp_path: Path) -> None:
         assert findings.keys() & {"model.incomplete", "model.maybe-cut-short"}
 
 
-def test_a_corner_too_few_costs_one_face_and_not_all_that_follow(tmp_path: Path) -> None:
+def test_missing_vertex_line_loses_only_one_face(tmp_path: Path) -> None:
     path, ball = sphere(tmp_path, "stl_ascii")
     lines = path.read_text().splitlines()
     del lines[next(i for i, line in enumerate(lines) if "vertex" in line)]
@@ -78,7 +78,7 @@ def test_a_corner_too_few_costs_one_face_and_not_all_that_follow(tmp_path: Path)
     assert np.allclose(mesh.vertices[mesh.faces], ball.triangles[1:], atol=1e-6)
 
 
-def test_words_for_numbers_cost_their_faces(tmp_path: Path) -> None:
+def test_non_numeric_coordinates_lose_only_their_faces(tmp_path: Path) -> None:
     path = tmp_path / "a.stl"
     loop = (
         "facet normal 0 0 1\nouter loop\nvertex 0 0 {}\nvertex 1 0 0\nvertex 0 1 0\n"
@@ -90,7 +90,7 @@ def test_words_for_numbers_cost_their_faces(tmp_path: Path) -> None:
     assert "model.points-invalid" in findings
 
 
-def test_a_count_that_the_file_cannot_hold_is_not_believed(tmp_path: Path) -> None:
+def test_excessive_face_count_is_ignored(tmp_path: Path) -> None:
     path, ball = sphere(tmp_path, "stl")
     content = bytearray(path.read_bytes())
     struct.pack_into("<I", content, 80, 2**32 - 1)
@@ -103,7 +103,7 @@ def test_a_count_that_the_file_cannot_hold_is_not_believed(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     "content", [b"s", b"solid\n", b"\0" * 84, b"solid x\nendsolid x\n", b"?" * 90]
 )
-def test_what_is_no_mesh_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
+def test_file_that_is_not_a_mesh_is_rejected_by_name(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "a.stl"
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"a\.stl"):
@@ -111,7 +111,7 @@ def test_what_is_no_mesh_is_refused_by_name(tmp_path: Path, content: bytes) -> N
 
 
 @pytest.mark.parametrize("kind", ["stl", "stl_ascii"])
-def test_damage_brings_a_model_or_one_sentence(tmp_path: Path, kind: str) -> None:
+def test_damaged_file_gives_model_or_input_error(tmp_path: Path, kind: str) -> None:
     content = sphere(tmp_path, kind)[0].read_bytes()[:4000]
     path = tmp_path / "bad.stl"
     rng = np.random.default_rng(6)
@@ -149,7 +149,7 @@ def test_text_of_another_encoding_is_read(tmp_path: Path, encoding: str) -> None
 
 
 @pytest.mark.parametrize("size", [80, 131, 400, 4096])
-def test_text_is_the_same_mesh_in_pieces_of_any_size(
+def test_blockwise_ascii_read_gives_the_same_mesh(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int
 ) -> None:
     from vomstudio.io.models.formats import stl

@@ -98,7 +98,7 @@ def back(path: Path) -> Mesh | PointCloud:
 
 
 @pytest.mark.parametrize("ending", [".obj", ".ply", ".glb"])
-def test_textured_meshes_come_back_as_they_were(tmp_path: Path, ending: str) -> None:
+def test_textured_meshes_round_trip(tmp_path: Path, ending: str) -> None:
     mesh = textured(tmp_path)
     (tmp_path / "out").mkdir()
     path = tmp_path / "out" / f"floor{ending}"
@@ -136,7 +136,7 @@ def test_textured_meshes_come_back_as_they_were(tmp_path: Path, ending: str) -> 
 
 
 @pytest.mark.parametrize("ending", CLOUDS)
-def test_clouds_come_back_as_they_were_or_it_is_said(tmp_path: Path, ending: str) -> None:
+def test_clouds_round_trip_or_losses_are_reported(tmp_path: Path, ending: str) -> None:
     given = cloud()
     path = tmp_path / f"points{ending}"
     findings = write_model(given, "EPSG:32615", path)
@@ -170,7 +170,7 @@ def test_clouds_come_back_as_they_were_or_it_is_said(tmp_path: Path, ending: str
         assert set(given.fields) <= set(found.fields)
 
 
-def test_trimesh_reads_a_glb_as_it_was_meant(tmp_path: Path) -> None:
+def test_trimesh_reads_a_written_glb_correctly(tmp_path: Path) -> None:
     mesh = textured(tmp_path)
     path = tmp_path / "floor.glb"
     write_model(mesh, "EPSG:32615", path)
@@ -227,7 +227,7 @@ def test_laspy_reads_a_laz_with_its_reference_system_and_fields(tmp_path: Path) 
     assert np.array_equal(las.intensity, given.fields["intensity"])
 
 
-def test_a_laz_of_a_laz_keeps_its_scale(tmp_path: Path) -> None:
+def test_rewritten_laz_keeps_its_scale(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     fine = rng.integers(0, 10**9, (100, 3)) * 1e-8 + [624000.123456789, 5_000_000.0, 0.0]
     findings = write_model(PointCloud(fine), None, tmp_path / "fine.laz")
@@ -257,7 +257,7 @@ def test_gdal_reads_a_csv(tmp_path: Path) -> None:
 @pytest.mark.skipif(shutil.which("CloudCompare") is None, reason="CloudCompare is not installed")
 @pytest.mark.skipif(shutil.which("xvfb-run") is None, reason="xvfb-run is not installed")
 @pytest.mark.slow
-def test_cloudcompare_opens_what_is_written(tmp_path: Path) -> None:
+def test_cloudcompare_opens_written_files(tmp_path: Path) -> None:
     mesh = textured(tmp_path)
     words = ["xvfb-run", "-a", "CloudCompare", "-SILENT", "-AUTO_SAVE", "OFF"]
     (tmp_path / "out").mkdir()
@@ -307,7 +307,7 @@ def test_vertices_without_texture_coordinates_stay_without(tmp_path: Path, endin
         assert before == after
 
 
-def test_others_find_no_texture_coordinates_where_there_are_none(tmp_path: Path) -> None:
+def test_trimesh_finds_no_texture_coordinates_on_untextured_faces(tmp_path: Path) -> None:
     """By trimesh, which gives each part of a scene on its own."""
     import trimesh
 
@@ -321,7 +321,7 @@ def test_others_find_no_texture_coordinates_where_there_are_none(tmp_path: Path)
     assert sum(len(p.faces) for p in parts) == 6
 
 
-def test_an_image_of_somebody_else_is_never_replaced(tmp_path: Path) -> None:
+def test_existing_image_is_never_overwritten(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     theirs = image(tmp_path / "out", "rock.png", (9, 9, 9)).read_bytes()
     mesh = textured(tmp_path)
@@ -345,7 +345,7 @@ def test_a_model_may_be_written_over_itself(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", [".obj", ".ply", ".glb", ".laz", ".csv", ".dxf", ".shp"])
-def test_what_is_there_is_kept_unless_forced(tmp_path: Path, ending: str) -> None:
+def test_existing_file_is_kept_unless_forced(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"m{ending}"
     path.write_text("precious")
     mesh = textured(tmp_path)
@@ -361,7 +361,7 @@ def test_what_is_there_is_kept_unless_forced(tmp_path: Path, ending: str) -> Non
 )
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("kind", ["mesh", "cloud"])
-def test_coordinates_that_are_not_finite_are_refused_before_anything_is_written(
+def test_non_finite_coordinates_are_rejected_before_writing(
     tmp_path: Path, ending: str, value: float, kind: str
 ) -> None:
     (tmp_path / "in").mkdir()
@@ -375,7 +375,7 @@ def test_coordinates_that_are_not_finite_are_refused_before_anything_is_written(
 
 
 @pytest.mark.parametrize("beside", ["m.mtl", "m.prj", "m.offset.txt"])
-def test_a_file_beside_that_is_there_stops_all_of_it(tmp_path: Path, beside: str) -> None:
+def test_existing_companion_file_prevents_all_writing(tmp_path: Path, beside: str) -> None:
     (tmp_path / beside).write_text("precious")
     path = tmp_path / ("m.glb" if "offset" in beside else "m.obj")
     with refused("output.exists", TargetError):
@@ -385,14 +385,14 @@ def test_a_file_beside_that_is_there_stops_all_of_it(tmp_path: Path, beside: str
     assert not [p for p in tmp_path.iterdir() if p.name.startswith(".")]
 
 
-def test_a_prj_of_another_model_is_pointed_out(tmp_path: Path) -> None:
+def test_stale_prj_of_another_model_is_reported(tmp_path: Path) -> None:
     write_model(cloud(5), "EPSG:32615", tmp_path / "m.ply")
     (finding,) = write_model(cloud(5), None, tmp_path / "m.ply", force=True)
     assert (finding.code, finding.values["file"]) == ("frame.stale-crs-file", "m.prj")
 
 
 @pytest.mark.parametrize("ending", [".obj", ".ply", ".glb", ".las", ".laz", ".xyz", ".dxf", ".shp"])
-def test_cancelling_leaves_nothing(tmp_path: Path, ending: str) -> None:
+def test_cancelled_write_leaves_no_files(tmp_path: Path, ending: str) -> None:
     class Later(SilentProgress):
         def step(self, done: int) -> None:
             if done:
@@ -406,7 +406,7 @@ def test_cancelling_leaves_nothing(tmp_path: Path, ending: str) -> None:
 
 
 @pytest.mark.parametrize("ending", [".obj", ".ply", ".glb", ".las", ".laz", ".xyz", ".dxf", ".shp"])
-def test_a_full_disk_is_said_and_leaves_nothing(tmp_path: Path, ending: str) -> None:
+def test_full_disk_is_reported_and_leaves_no_files(tmp_path: Path, ending: str) -> None:
     given = cloud(20_000)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -447,7 +447,7 @@ def test_a_tiff_becomes_png_inside_a_glb(tmp_path: Path) -> None:
         assert inside.getpixel((0, 0)) == (1, 2, 3)
 
 
-def test_odd_names_of_fields_are_kept_apart_and_said(tmp_path: Path) -> None:
+def test_unusual_field_names_stay_distinct_and_are_reported(tmp_path: Path) -> None:
     values = np.arange(3.0)
     fields = {
         "Roughness (0.5)": values,
@@ -470,7 +470,7 @@ def test_odd_names_of_fields_are_kept_apart_and_said(tmp_path: Path) -> None:
             assert len(findings) >= 4
 
 
-def test_an_unknown_ending_lists_what_can_be_written(tmp_path: Path) -> None:
+def test_unknown_extension_is_rejected_with_a_list_of_formats(tmp_path: Path) -> None:
     with refused("output.unknown-format", UsageError, suffix=".docx") as error:
         write_model(cloud(3), None, tmp_path / "m.docx")
     formats = error.value.values["formats"]
@@ -508,7 +508,7 @@ def test_a_writer_of_another_package_writes_its_files(
         writing.find_writer_plugins.cache_clear()
 
 
-def test_the_usual_writer_is_the_first_that_names_the_ending() -> None:
+def test_default_writer_is_the_first_one_for_the_extension() -> None:
     """Which spares the import of the others must not change who writes."""
     endings = {ending for writer in find_writers() for ending in writer.extensions}
     assert endings >= writers.MODULES_BY_SUFFIX.keys()
@@ -517,7 +517,7 @@ def test_the_usual_writer_is_the_first_that_names_the_ending() -> None:
         assert writing.choose_writer(Path(f"m{ending}")) is first
 
 
-def test_coordinates_that_a_format_cannot_hold_are_refused_before_it_is_written(
+def test_coordinates_out_of_format_range_are_rejected_before_writing(
     tmp_path: Path,
 ) -> None:
     far = PointCloud(np.array([[0.0, 0.0, 0.0], [1e200, 0.0, 0.0]]))

@@ -68,7 +68,7 @@ def test_every_written_format_can_be_read(tmp_path: Path, ending: str) -> None:
     assert np.abs(again.data.points - points.points).max() <= step
 
 
-def test_materials_of_a_drawing_are_its_layers(tmp_path: Path) -> None:
+def test_dxf_layers_become_materials(tmp_path: Path) -> None:
     mesh = surface()
     write_model(mesh, None, tmp_path / "mesh.dxf")
     found = read_model(tmp_path / "mesh.dxf")
@@ -81,7 +81,7 @@ def test_materials_of_a_drawing_are_its_layers(tmp_path: Path) -> None:
     assert found.units == ("m", "m", "m")
 
 
-def test_attributes_of_a_shapefile_come_back(tmp_path: Path) -> None:
+def test_shapefile_attributes_round_trip(tmp_path: Path) -> None:
     points = cloud()
     rng = np.random.default_rng(6)
     fields = {
@@ -141,7 +141,7 @@ def drawing(path: Path, *, binary: bool = False) -> Path:
 
 
 @pytest.mark.parametrize("binary", [False, True])
-def test_faces_of_any_kind_are_read(tmp_path: Path, binary: bool) -> None:
+def test_all_dxf_face_entities_are_read(tmp_path: Path, binary: bool) -> None:
     found = read_model(drawing(tmp_path / "faces.dxf", binary=binary))
     assert isinstance(found.data, Mesh)
     # 1 + 2 of the pyramid, 2 x 6 of the grid, 2 of the mesh, 1 + 2 faces.
@@ -158,7 +158,7 @@ def test_faces_of_any_kind_are_read(tmp_path: Path, binary: bool) -> None:
     assert left_out.values["entities"] == ("1 3DSOLID", "1 LINE", "1 hidden")
 
 
-def test_a_drawing_without_faces_and_points_names_what_it_has(tmp_path: Path) -> None:
+def test_drawing_without_faces_or_points_is_rejected_with_its_entities(tmp_path: Path) -> None:
     doc = ezdxf.new()
     add_solid(doc.modelspace())
     doc.saveas(tmp_path / "solid.dxf")
@@ -185,7 +185,7 @@ def test_the_size_of_the_blocks_does_not_matter(
 
 
 @pytest.mark.parametrize("line_end", [b"\r\n", b"\r"])
-def test_line_ends_of_other_systems(tmp_path: Path, line_end: bytes) -> None:
+def test_other_line_ends_are_read(tmp_path: Path, line_end: bytes) -> None:
     path = drawing(tmp_path / "faces.dxf")
     other = tmp_path / "other.dxf"
     other.write_bytes(path.read_bytes().replace(b"\n", line_end))
@@ -196,7 +196,7 @@ def test_line_ends_of_other_systems(tmp_path: Path, line_end: bytes) -> None:
 
 
 @pytest.mark.parametrize("ending", [".dxf", ".shp"])
-def test_cut_and_bent_files_end_in_an_error_of_ours(tmp_path: Path, ending: str) -> None:
+def test_truncated_and_damaged_files_raise_input_error(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"whole{ending}"
     write_model(cloud(), None, path)
     whole = path.read_bytes()
@@ -240,7 +240,7 @@ def patch(parts: list[tuple[int, list[tuple[float, float, float]]]]) -> bytes:
     )
 
 
-def test_faces_of_multipatches(tmp_path: Path) -> None:
+def test_multipatch_faces_are_read(tmp_path: Path) -> None:
     strip = [(0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0)]
     fan = [(5.0, 5.0, 0.0), (6.0, 5.0, 0.0), (6.0, 6.0, 0.0), (5.0, 6.0, 0.0), (4.0, 6.0, 1.0)]
     ring = [(8.0, 8.0, 0.0), (9.0, 8.0, 0.0), (9.0, 9.0, 0.0), (8.0, 8.0, 0.0)]
@@ -258,7 +258,7 @@ def test_faces_of_multipatches(tmp_path: Path) -> None:
     assert (left_out.code, left_out.values["count"]) == ("model.rings-left-out", 1)
 
 
-def test_points_of_several_a_row_and_records_without_a_shape(tmp_path: Path) -> None:
+def test_multipoint_records_are_read_and_null_shapes_skipped(tmp_path: Path) -> None:
     places = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
     several = (
         struct.pack("<i4di", 18, 0, 0, 0, 0, 2)
@@ -272,14 +272,14 @@ def test_points_of_several_a_row_and_records_without_a_shape(tmp_path: Path) -> 
     assert found.points.tolist() == places.tolist()
 
 
-def test_a_shapefile_of_lines_is_named(tmp_path: Path) -> None:
+def test_line_shapefile_is_rejected_with_its_shape_type(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         read_model(shapefile(tmp_path / "l.shp", 13))
     assert caught.value.code == "model.other-shapes"
     assert caught.value.values["shapes"] == "lines"
 
 
-def test_info_states_the_frame_of_a_drawing(tmp_path: Path) -> None:
+def test_describe_reports_the_units_of_a_drawing(tmp_path: Path) -> None:
     answer = describe(drawing(tmp_path / "faces.dxf"))
     assert answer["units"] == ["mm", "mm", "mm"]
     assert "model.entities-left-out" in codes(answer)

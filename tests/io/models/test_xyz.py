@@ -66,7 +66,7 @@ def test_utm_coordinates_are_the_nearest_float64(tmp_path: Path) -> None:
         ("2\n1 2 3 5 10 20 30\n4 5 6 -5 4 5 6\n", [10, 20, 30], None, ["column 4"]),
     ],
 )
-def test_columns_without_names_are_known_by_their_values(
+def test_unnamed_columns_are_identified_by_their_values(
     tmp_path: Path, rows: str, rgb: object, normals: object, fields: list[str]
 ) -> None:
     cloud, findings = cloud_of(tmp_path, rows, "a.pts")
@@ -92,7 +92,7 @@ def test_columns_without_names_are_known_by_their_values(
         b"  1.5   2 3\n 4 5    6\n",
     ],
 )
-def test_the_usual_ways_of_writing_points(tmp_path: Path, content: bytes) -> None:
+def test_common_point_formats_are_read(tmp_path: Path, content: bytes) -> None:
     cloud, findings = cloud_of(tmp_path, content)
     assert cloud.points.tolist() == [[1.5, 2, 3], [4, 5, 6]]
     assert findings == {}
@@ -117,14 +117,14 @@ def test_rows_without_coordinates_are_left_out_and_counted(tmp_path: Path) -> No
         ("x y z\nnan nan nan\n", "model.no-points", {}),
     ],
 )
-def test_what_is_no_table_of_points_is_refused_with_the_place(
+def test_file_that_is_not_a_point_table_is_rejected_with_location(
     tmp_path: Path, content: str, code: str, values: dict[str, object]
 ) -> None:
     with refused(code, file=tmp_path / "a.xyz", **values):
         cloud_of(tmp_path, content)
 
 
-def test_damage_brings_points_or_one_sentence(tmp_path: Path) -> None:
+def test_damaged_table_gives_points_or_input_error(tmp_path: Path) -> None:
     rng = np.random.default_rng(7)
     rows = rng.random((40, 6)).round(4)
     content = ("x y z r g b\n" + "\n".join(" ".join(map(str, r)) for r in rows.tolist())).encode()
@@ -159,7 +159,7 @@ FRACTION = st.tuples(st.integers(-(10**5) + 1, 10**6 - 1), st.integers(0, 10**7 
     delimiter=st.sampled_from([" ", ",", ";", "\t"]),
     end=st.sampled_from(["\n", "\r\n"]),
 )
-def test_a_small_table_holds_what_pandas_reads_to_the_bit(
+def test_small_table_parser_matches_pandas_bit_for_bit(
     columns: list[list[str]], delimiter: str, end: str
 ) -> None:
     rows = [delimiter.join(cells) + end for cells in zip(*columns, strict=True)]
@@ -171,7 +171,7 @@ def test_a_small_table_holds_what_pandas_reads_to_the_bit(
         assert found[i].tobytes() == wanted.tobytes()
 
 
-def test_a_decimal_comma_is_a_point() -> None:
+def test_decimal_comma_is_parsed() -> None:
     found = xyz.parse_plain_numbers(b"1,5;2;-0,25\n", layout(";", ",", 3))
     assert found is not None
     assert [found[i].tolist() for i in range(3)] == [[1.5], [2], [-0.25]]
@@ -196,12 +196,12 @@ def test_a_decimal_comma_is_a_point() -> None:
         b"1 2 '3'\n",
     ],
 )
-def test_what_is_not_plain_is_left_to_pandas(content: bytes) -> None:
+def test_complex_tables_are_left_to_pandas(content: bytes) -> None:
     assert xyz.parse_plain_numbers(content, layout(" ", ".", 3)) is None
 
 
 @pytest.mark.parametrize("head", ["ncols 3\nnrows 2\n", "NCOLS        3\r\nNROWS        2\r\n"])
-def test_a_grid_of_heights_is_called_one(tmp_path: Path, head: str) -> None:
+def test_height_grid_is_recognized_and_rejected(tmp_path: Path, head: str) -> None:
     """Its header was taken for names of columns, and its heights could be for coordinates."""
     path = tmp_path / "dem.asc"
     path.write_bytes(
@@ -212,7 +212,7 @@ def test_a_grid_of_heights_is_called_one(tmp_path: Path, head: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["a.tsv", "a.TSV", "a.dat", "a.tab", "a.prn"])
-def test_a_table_of_places_is_a_cloud_whatever_tables_are_called(tmp_path, name):
+def test_tab_separated_cloud_is_read_with_any_table_extension(tmp_path, name):
     (tmp_path / name).write_text("x\ty\tz\n1,5\t2\t3\n4\t5\t6\n")
     assert read_model(tmp_path / name).data.points.tolist() == [[1.5, 2, 3], [4, 5, 6]]
 
@@ -231,20 +231,20 @@ def test_a_table_of_places_is_a_cloud_whatever_tables_are_called(tmp_path, name)
         "x,y,z,a\n" + "1,2,3,4\n" * 20_000 + "1,5,0\n",
     ],
 )
-def test_rows_that_are_not_even_are_refused(tmp_path: Path, content: str) -> None:
+def test_ragged_rows_are_rejected(tmp_path: Path, content: str) -> None:
     with refused("table.ragged-row"):
         cloud_of(tmp_path, content)
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
-def test_empty_cells_at_the_end_are_no_missing_ones(tmp_path: Path, end: str) -> None:
+def test_empty_trailing_cells_do_not_make_a_row_ragged(tmp_path: Path, end: str) -> None:
     rows = ["x,y,z,a", "1,2,0,4", "1,5,0,", "# said, by, the, way, often", "", "2,1,0,3", "7,7,7,"]
     cloud, _ = cloud_of(tmp_path, end.join(rows) + end)
     assert cloud.points.tolist() == [[1, 2, 0], [1, 5, 0], [2, 1, 0], [7, 7, 7]]
     assert np.isnan(cloud.fields["a"]).tolist() == [False, True, False, True]
 
 
-def test_a_delimiter_at_the_end_of_each_row_is_no_column(tmp_path: Path) -> None:
+def test_trailing_delimiter_does_not_add_a_column(tmp_path: Path) -> None:
     cloud, findings = cloud_of(tmp_path, "x,y,z\n1,2,0,\n1,5,0,\n")
     assert (cloud.points.tolist(), findings) == ([[1, 2, 0], [1, 5, 0]], {})
 
@@ -258,7 +258,7 @@ def in_pieces(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.usefixtures("in_pieces")
-def test_a_table_in_pieces_is_the_table_as_a_whole(tmp_path: Path) -> None:
+def test_blockwise_read_matches_whole_table_read(tmp_path: Path) -> None:
     """Whole numbers that become others, gaps and words come in pieces of their own; a row of
     dark colours does not say that they go to 1."""
     rows = [
@@ -282,7 +282,7 @@ def test_a_table_in_pieces_is_the_table_as_a_whole(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("in_pieces")
-def test_a_row_too_many_cells_long_is_named_in_whichever_piece(tmp_path: Path) -> None:
+def test_row_with_too_many_cells_is_rejected_in_any_block(tmp_path: Path) -> None:
     rows = ["1 2 3"] * 20
     rows[13] = "1 2 3 4"
     with refused("table.ragged-row", count=4):
@@ -290,7 +290,7 @@ def test_a_row_too_many_cells_long_is_named_in_whichever_piece(tmp_path: Path) -
 
 
 @pytest.mark.usefixtures("in_pieces")
-def test_reading_a_table_is_ended_between_pieces(tmp_path: Path) -> None:
+def test_reading_a_table_can_be_cancelled_between_blocks(tmp_path: Path) -> None:
     path = tmp_path / "a.xyz"
     path.write_text("1.5 2.5 3.5\n" * 1_000)
     token = CancelToken()

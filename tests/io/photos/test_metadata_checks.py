@@ -34,11 +34,11 @@ def findings(folder: PhotoFolder) -> dict[str, Finding]:
         (None, 50.33, None),
     ],
 )
-def test_the_sign_of_heights_is_that_of_xmp_if_the_sizes_agree(exif, xmp, used) -> None:
+def test_xmp_height_sign_is_used_if_magnitudes_agree(exif, xmp, used) -> None:
     assert signed_altitude(exif, xmp) == used
 
 
-def test_contradicting_heights_are_one_finding_of_a_folder(tmp_path: Path) -> None:
+def test_contradicting_heights_are_reported_once_per_folder(tmp_path: Path) -> None:
     for i in range(3):
         maker.write_photo(
             tmp_path / f"{i}.jpg",
@@ -68,7 +68,7 @@ def test_angles_that_are_zero_in_all_photos_of_a_camera_are_not_used(tmp_path: P
     assert findings(folder)["photo.angles-not-measured"].values == {"photos": 3, "photo": "0.jpg"}
 
 
-def test_one_level_photo_to_the_north_among_others_keeps_its_angles(tmp_path: Path) -> None:
+def test_single_zero_angle_photo_among_others_keeps_its_angles(tmp_path: Path) -> None:
     for i, yaw in enumerate(("+0.00", "+30.00")):
         tags = NO_ANGLES | {"GimbalYawDegree": yaw}
         maker.write_photo(tmp_path / f"{i}.jpg", seed=i, main=CAMERA, xmp=maker.drone_xmp(**tags))
@@ -102,14 +102,14 @@ def test_one_level_photo_to_the_north_among_others_keeps_its_angles(tmp_path: Pa
         ("", None),
     ],
 )
-def test_the_forms_of_angles_in_a_comment(text: str, angles) -> None:
+def test_angles_are_parsed_from_common_comment_forms(text: str, angles) -> None:
     assert comment_angles(text) == angles
 
 
 @pytest.mark.parametrize(
     "text", ["yaw" + " " * 60_000 + "x", "yaw " * 16_000, "yaw" + "9" * 60_000, "yaw(" * 15_000]
 )
-def test_comments_of_any_form_are_read_in_a_moment(text: str) -> None:
+def test_comments_without_angles_are_parsed_quickly(text: str) -> None:
     assert comment_angles(text) is None
 
 
@@ -125,7 +125,7 @@ def test_comments_of_any_form_are_read_in_a_moment(text: str) -> None:
         "Yaw: 5 Pitch: 1",
     ],
 )
-def test_the_codes_of_a_comment(raw: bytes | str) -> None:
+def test_comment_encodings_are_decoded(raw: bytes | str) -> None:
     assert comment_text(raw) == "Yaw: 5 Pitch: 1"
 
 
@@ -134,7 +134,7 @@ def comment(text: str) -> dict[int, tuple[int, int, bytes]]:
     return {0x9286: (7, len(data), data)}
 
 
-def test_angles_in_a_comment_are_read_where_the_maker_states_none(tmp_path: Path) -> None:
+def test_comment_angles_are_used_if_maker_tags_have_none(tmp_path: Path) -> None:
     said = comment("Yaw: -120.0, Pitch: -8.0, Roll: 1.5")
     path = maker.write_photo(tmp_path / "a.jpg", exif=said)
     photo = read_photo(path)
@@ -152,7 +152,7 @@ def test_angles_in_a_comment_are_read_where_the_maker_states_none(tmp_path: Path
     assert (found.severity, found.values["photos"]) == ("info", 2)
 
 
-def test_zeros_in_comments_are_no_angles_either(tmp_path: Path) -> None:
+def test_zero_angles_in_comments_are_ignored_too(tmp_path: Path) -> None:
     for i in range(2):
         said = comment("Roll 0.0 Pitch 0.0 Yaw 0.0")
         maker.write_photo(tmp_path / f"{i}.jpg", seed=i, exif=said)

@@ -42,14 +42,14 @@ def same(
             np.testing.assert_allclose(there.project(PLACES), view.project(PLACES), atol=1e-3)
 
 
-def test_colmap_text(tmp_path: Path) -> None:
+def test_colmap_text_cameras_are_read(tmp_path: Path) -> None:
     folder = files.colmap_text(tmp_path / "sparse" / "0", VIEWS)
     same(read_camera_file(folder).views, VIEWS)
     same(read_camera_file(folder / "images.txt").views, VIEWS)
 
 
 @pytest.mark.parametrize("binary", [True, False])
-def test_colmap_as_it_writes_itself(tmp_path: Path, binary: bool) -> None:
+def test_original_colmap_output_is_read(tmp_path: Path, binary: bool) -> None:
     folder = files.colmap_itself(tmp_path / "0", VIEWS, binary)
     same(read_camera_file(folder).views, VIEWS)
     if binary:
@@ -60,7 +60,7 @@ def test_colmap_as_it_writes_itself(tmp_path: Path, binary: bool) -> None:
         assert error.value.field
 
 
-def test_metashape_with_the_transform_of_its_chunk(tmp_path: Path) -> None:
+def test_metashape_chunk_transform_is_applied(tmp_path: Path) -> None:
     path = files.metashape_xml(tmp_path / "cameras.xml", VIEWS, 3.0, TURN, np.array([90.0, 8, -5]))
     same(read_camera_file(path, BOX).views, VIEWS)
     same(read_camera_file(path).views, VIEWS)
@@ -72,7 +72,7 @@ def test_metashape_with_the_transform_of_its_chunk(tmp_path: Path) -> None:
     assert "cameras.frame" in by_code(found.warnings)
 
 
-def test_metashape_on_earth(tmp_path: Path) -> None:
+def test_metashape_geocentric_cameras_are_read(tmp_path: Path) -> None:
     """Against the axes of east, north and up at each camera, turned by the convergence there."""
     from pyproj import CRS, Proj, Transformer
 
@@ -105,7 +105,7 @@ def test_metashape_on_earth(tmp_path: Path) -> None:
         np.testing.assert_allclose(there.centre, view.centre, atol=1e-3)
 
 
-def test_opensfm_and_opendronemap(tmp_path: Path) -> None:
+def test_opensfm_and_opendronemap_cameras_are_read(tmp_path: Path) -> None:
     path = files.opensfm_json(tmp_path / "reconstruction.json", VIEWS)
     found = read_camera_file(path, BOX)
     same(found.views, VIEWS)
@@ -124,7 +124,7 @@ def test_opensfm_and_opendronemap(tmp_path: Path) -> None:
     assert "cameras.frame" in by_code(found.warnings)
 
 
-def test_openmvg(tmp_path: Path) -> None:
+def test_openmvg_cameras_are_read(tmp_path: Path) -> None:
     path = files.openmvg_json(tmp_path / "sfm_data.json", VIEWS)
     found = read_camera_file(path, BOX)
     same(found.views, VIEWS)
@@ -140,7 +140,7 @@ def test_openmvg(tmp_path: Path) -> None:
         (files.opensfm_json, "reconstruction.json", "cameras"),
     ],
 )
-def test_poses_without_lenses_are_read_and_the_missing_lens_is_named(
+def test_poses_without_lens_are_read_and_missing_lens_is_reported(
     tmp_path: Path, write: Callable[..., Path], name: str, key: str
 ) -> None:
     path = write(tmp_path / name, VIEWS)
@@ -156,14 +156,14 @@ def test_poses_without_lenses_are_read_and_the_missing_lens_is_named(
 
 
 @pytest.mark.parametrize("version", [(1, 0, 0), (1, 2, 0), (1, 2, 6)])
-def test_alicevision(tmp_path: Path, version: tuple[int, int, int]) -> None:
+def test_alicevision_cameras_are_read(tmp_path: Path, version: tuple[int, int, int]) -> None:
     path = files.alicevision_json(tmp_path / "cameras.sfm", VIEWS, version)
     found = read_camera_file(path, BOX)
     same(found.views, VIEWS)
     assert find_camera_file(tmp_path / "model.obj") == path
 
 
-def test_models_of_meshroom_are_turned_against_their_cameras(tmp_path: Path) -> None:
+def test_meshroom_cameras_are_rotated_to_match_the_model(tmp_path: Path) -> None:
     path = files.alicevision_json(tmp_path / "cameras.sfm", VIEWS, (1, 2, 6))
     flip = np.diag([1.0, -1.0, -1.0])
     shift = np.array([0.0, 30.0, 60.0])
@@ -175,7 +175,7 @@ def test_models_of_meshroom_are_turned_against_their_cameras(tmp_path: Path) -> 
     assert "cameras.frame" in by_code(found.warnings)
 
 
-def test_nerfstudio(tmp_path: Path) -> None:
+def test_nerfstudio_cameras_are_read(tmp_path: Path) -> None:
     path = files.nerfstudio_json(tmp_path / "transforms.json", VIEWS)
     same(read_camera_file(path, BOX).views, VIEWS)
     # The axes that nerfstudio exchanges when it takes cameras from COLMAP.
@@ -206,7 +206,7 @@ def test_bundler_takes_sizes_from_the_photos(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("k4", [0.0, 0.02])
-def test_reality_capture(tmp_path: Path, k4: float) -> None:
+def test_reality_capture_cameras_are_read(tmp_path: Path, k4: float) -> None:
     params = (320.0, 320.0, 201.0, 149.0, -0.05, 0.01, 1e-4, 2e-4, 0.002, 0.0, 0.0, 0.0)
     views = with_lens(Intrinsics("FULL_OPENCV", 400, 300, params))
     path = files.reality_capture_csv(tmp_path / "registration.csv", views, k4)
@@ -225,7 +225,7 @@ def test_reality_capture(tmp_path: Path, k4: float) -> None:
         np.testing.assert_allclose(pixels[:, 0], wanted, atol=0.05)
 
 
-def test_micmac(tmp_path: Path) -> None:
+def test_micmac_cameras_are_read(tmp_path: Path) -> None:
     folder = files.micmac_folder(tmp_path / "Ori-All", VIEWS, PLACES)
     for path in (folder, folder / f"Orientation-{VIEWS[0].name}.xml"):
         found = read_camera_file(path, BOX)
@@ -241,7 +241,7 @@ def test_micmac(tmp_path: Path) -> None:
     assert find_camera_file(tmp_path / "model.ply") is None
 
 
-def test_tables_of_centres(tmp_path: Path) -> None:
+def test_tables_of_camera_centres_are_read(tmp_path: Path) -> None:
     for write in (files.metashape_reference, files.metashape_angles):
         found = read_camera_file(write(tmp_path / "a.txt", VIEWS))
         assert not found.views
@@ -250,7 +250,7 @@ def test_tables_of_centres(tmp_path: Path) -> None:
             np.testing.assert_allclose(there, view.centre, atol=1e-8)
 
 
-def test_our_own_files(tmp_path: Path) -> None:
+def test_vomstudio_camera_files_round_trip(tmp_path: Path) -> None:
     own = Cameras(tuple(VIEWS), Path("photos"), (100, 200, 300))
     moved = [v.moved(1.0, np.eye(3), np.array([100.0, 200, 300])) for v in VIEWS]
     write_cameras(tmp_path / "cameras.json", own)
@@ -259,7 +259,7 @@ def test_our_own_files(tmp_path: Path) -> None:
     same(read_camera_file(tmp_path / "cameras.csv").views, moved, lens=False, metres=1e-5)
 
 
-def test_errors_and_weak_photos_are_written_with_our_own_files(tmp_path: Path) -> None:
+def test_errors_and_weak_photos_round_trip_in_vomstudio_files(tmp_path: Path) -> None:
     weak = frozenset({VIEWS[1].name})
     own = Cameras(tuple(VIEWS), Path("photos"), is_scaled=True, weak_names=weak)
     write_cameras(tmp_path / "cameras.json", own)
@@ -274,7 +274,7 @@ def test_errors_and_weak_photos_are_written_with_our_own_files(tmp_path: Path) -
     assert float(rows[1]["rotation_error95_deg"]) == pytest.approx(0.2)
 
 
-def test_they_are_found_beside_the_model(tmp_path: Path) -> None:
+def test_camera_files_are_found_beside_the_model(tmp_path: Path) -> None:
     model = tmp_path / "model.ply"
     assert find_camera_file(model) is None
     (tmp_path / "cameras.json").write_text('{"v2 dji": {"projection_type": "brown"}}')
@@ -285,7 +285,7 @@ def test_they_are_found_beside_the_model(tmp_path: Path) -> None:
     assert find_camera_file(model) == tmp_path / "cameras.xml"
 
 
-def test_cameras_that_look_elsewhere_are_doubted(tmp_path: Path) -> None:
+def test_cameras_facing_away_from_model_are_reported(tmp_path: Path) -> None:
     path = files.opensfm_json(tmp_path / "reconstruction.json", VIEWS)
     far = read_camera_file(path, BOX + 1000.0)
     assert "cameras.not-looking" in by_code(far.warnings)
@@ -353,7 +353,7 @@ FLAT = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"
         ),
     ],
 )
-def test_what_is_wrong_is_said_with_its_place(
+def test_damaged_camera_file_is_reported_with_location(
     tmp_path: Path, name: str, text: str, line: int | None, field: str | None, code: str
 ) -> None:
     path = tmp_path / name
@@ -363,7 +363,7 @@ def test_what_is_wrong_is_said_with_its_place(
     assert error.value.file is not None
 
 
-def test_what_is_wrong_with_files_of_colmap_is_said(tmp_path: Path) -> None:
+def test_damaged_colmap_file_is_reported(tmp_path: Path) -> None:
     folder = files.colmap_text(tmp_path / "0", VIEWS)
     images = folder / "images.txt"
     whole = images.read_text().split("\n")
@@ -381,7 +381,7 @@ def test_what_is_wrong_with_files_of_colmap_is_said(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("model", ["SIMPLE_RADIAL_FISHEYE 4 3 2 2 1.5 0.1", "FOV 4 3 2 2 2 1.5 1"])
-def test_lenses_that_are_not_known_are_named(tmp_path: Path, model: str) -> None:
+def test_unknown_lens_models_are_reported(tmp_path: Path, model: str) -> None:
     folder = files.colmap_text(tmp_path / "0", VIEWS)
     (folder / "cameras.txt").write_text(f"1 {model}\n")
     found = read_camera_file(folder)

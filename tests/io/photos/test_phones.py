@@ -43,18 +43,20 @@ def phone(folder: Path, note, orientation: int, size=(160, 120), lens="back came
         ((0.17364818, -0.98480775, 0), 1, (120, 160), (0.17364818, 0.98480775, 0)),
     ],
 )
-def test_where_things_fall_in_a_photo(tmp_path: Path, note, orientation, size, down) -> None:
+def test_gravity_direction_in_photo_follows_sensor_and_orientation(
+    tmp_path: Path, note, orientation, size, down
+) -> None:
     photo = phone(tmp_path, note, orientation, size)
     np.testing.assert_allclose(photo.down, down, atol=1e-6)
     assert np.linalg.norm(photo.down) == pytest.approx(1.0)
 
 
-def test_a_phone_that_moves_or_looks_back_says_nothing(tmp_path: Path) -> None:
+def test_moving_phone_or_front_camera_gives_no_gravity_direction(tmp_path: Path) -> None:
     assert phone(tmp_path, (-1.4, 0.3, 0), 1).down is None
     assert phone(tmp_path, (-1, 0, 0), 1, lens="iPhone 12 front camera 2.71mm f/2.2").down is None
 
 
-def test_directions_say_from_which_north(tmp_path: Path) -> None:
+def test_directions_state_true_or_magnetic_north(tmp_path: Path) -> None:
     for north, wanted in (("T", "true"), ("M", "magnetic"), (None, None)):
         gps = {**maker.at(45.0, 13.0), **maker.looking(251.25, north)}
         photo = phone(tmp_path, (-1, 0, 0), 1, gps=gps)
@@ -75,11 +77,11 @@ def test_directions_say_from_which_north(tmp_path: Path) -> None:
         maker.apple_note(1, 0, 0)[2][:-4] + bytes(4),
     ],
 )
-def test_a_damaged_note_says_nothing(note) -> None:
+def test_damaged_maker_note_gives_no_acceleration(note) -> None:
     assert acceleration(note) is None
 
 
-def test_the_shape_decides_for_a_phone_that_is_held_askew() -> None:
+def test_image_shape_decides_rotation_of_a_tilted_phone() -> None:
     askew = (-np.sin(np.radians(50)), -np.cos(np.radians(50)), 0.0)
     right, down, _ = gravity_in_photo(askew, 1, 160, 120)
     # The sensor as it is: wider than high.

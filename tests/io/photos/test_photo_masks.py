@@ -22,7 +22,7 @@ def drawn(seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).random((HIGH, WIDE)) > 0.4
 
 
-def test_a_written_mask_is_what_the_reader_of_the_photos_takes(tmp_path: Path) -> None:
+def test_written_mask_is_found_by_the_photo_reader(tmp_path: Path) -> None:
     photo = write_photo(tmp_path / "left" / "one.JPG")
     used = drawn()
     assert write_mask(mask_path(photo), used) is None
@@ -34,7 +34,7 @@ def test_a_written_mask_is_what_the_reader_of_the_photos_takes(tmp_path: Path) -
         assert (image.mode, image.format) == ("L", "PNG")
 
 
-def test_photos_that_differ_in_their_ending_have_masks_of_their_own(tmp_path: Path) -> None:
+def test_photos_differing_only_in_extension_have_separate_masks(tmp_path: Path) -> None:
     photos = [write_photo(tmp_path / name, seed=i) for i, name in enumerate(("a.jpg", "a.png"))]
     for seed, photo in enumerate(photos):
         write_mask(mask_path(photo, photos), drawn(seed))
@@ -44,7 +44,7 @@ def test_photos_that_differ_in_their_ending_have_masks_of_their_own(tmp_path: Pa
         assert (read_mask(photo) == drawn(seed)).all()
 
 
-def test_a_mask_drawn_for_one_of_two_comes_before_one_of_both(tmp_path: Path) -> None:
+def test_mask_for_one_extension_takes_precedence_over_shared_mask(tmp_path: Path) -> None:
     photos = [write_photo(tmp_path / name, seed=i) for i, name in enumerate(("a.jpg", "a.tif"))]
     both = tmp_path / "a_mask.png"
     Image.fromarray(np.zeros((HIGH, WIDE), np.uint8)).save(both)
@@ -62,14 +62,14 @@ def test_a_damaged_mask_is_left_out_with_the_code_of_its_error(tmp_path: Path) -
     assert (values["mask"], values["reason_code"]) == ("a_mask.png", "picture.unknown-kind")
 
 
-def test_a_photo_alone_keeps_its_drawn_mask_before_one_with_its_ending(tmp_path: Path) -> None:
+def test_drawn_mask_takes_precedence_over_mask_with_extension(tmp_path: Path) -> None:
     photo = write_photo(tmp_path / "a.jpg")
     Image.fromarray(np.zeros((HIGH, WIDE), np.uint8)).save(tmp_path / "a.jpg.mask.png")
     write_mask(mask_path(photo), drawn())
     assert read_photos(tmp_path).photos[0].mask == tmp_path / "a_mask.png"
 
 
-def test_a_drawn_mask_comes_before_one_under_another_name_which_is_left_alone(tmp_path) -> None:
+def test_drawn_mask_takes_precedence_over_existing_mask_and_keeps_it(tmp_path) -> None:
     photo = write_photo(tmp_path / "one.jpg")
     other = tmp_path / "masks" / "one.png"
     other.parent.mkdir()
@@ -86,7 +86,7 @@ def test_a_drawn_mask_comes_before_one_under_another_name_which_is_left_alone(tm
     assert other.read_bytes() == before
 
 
-def test_a_mask_of_somebody_else_is_put_aside_once(tmp_path: Path) -> None:
+def test_existing_foreign_mask_is_backed_up_once(tmp_path: Path) -> None:
     place = tmp_path / "one_mask.png"
     Image.fromarray(np.zeros((HIGH, WIDE), np.uint8)).save(place)
     before = place.read_bytes()
@@ -97,7 +97,7 @@ def test_a_mask_of_somebody_else_is_put_aside_once(tmp_path: Path) -> None:
     assert kept.read_bytes() == before
 
 
-def test_a_mask_that_hides_nothing_is_no_file(tmp_path: Path) -> None:
+def test_mask_hiding_nothing_is_not_stored(tmp_path: Path) -> None:
     place = tmp_path / "one_mask.png"
     assert store_mask(place, drawn(), None) == (place, None)
     assert store_mask(place, np.ones((HIGH, WIDE), bool), None) == (None, None)
@@ -109,12 +109,12 @@ def test_a_mask_that_hides_nothing_is_no_file(tmp_path: Path) -> None:
     assert kept.exists()
 
 
-def test_a_folder_that_is_gone_is_said(tmp_path: Path) -> None:
+def test_missing_folder_is_reported(tmp_path: Path) -> None:
     with refused("output.no-folder", TargetError):
         write_mask(tmp_path / "gone" / "one_mask.png", drawn())
 
 
-def test_a_change_of_a_mask_takes_itself_back() -> None:
+def test_mask_change_can_be_undone() -> None:
     used = drawn()
     before = used.copy()
     inside = drawn(3)[:50, :70]

@@ -80,7 +80,7 @@ def test_every_format_carries_its_exif(tmp_path: Path, ending: str) -> None:
     assert photo.focal_source == "sensor table"
 
 
-def test_the_focal_plane_gives_the_focal_length_where_nothing_else_does(tmp_path: Path) -> None:
+def test_focal_plane_resolution_is_the_last_source_of_focal_length(tmp_path: Path) -> None:
     # 4000 pixels at 4233.3 per inch: a sensor of 24 mm; the photo was then made ten times smaller.
     maker.write_photo(
         tmp_path / "a.jpg",
@@ -100,7 +100,7 @@ def test_the_focal_plane_gives_the_focal_length_where_nothing_else_does(tmp_path
     assert photo.focal_source == "focal plane resolution"
 
 
-def test_a_cut_photo_keeps_the_focal_length_of_its_pixels_and_says_so(tmp_path: Path) -> None:
+def test_cropped_photo_keeps_focal_length_in_pixels_and_is_reported(tmp_path: Path) -> None:
     maker.write_photo(
         tmp_path / "a.jpg",
         (200, 200),
@@ -112,7 +112,7 @@ def test_a_cut_photo_keeps_the_focal_length_of_its_pixels_and_says_so(tmp_path: 
     assert (values["size"], values["original"]) == ("200 x 200", "400 x 300")
 
 
-def test_a_photo_without_exif_is_welcome(tmp_path: Path) -> None:
+def test_photo_without_exif_is_accepted(tmp_path: Path) -> None:
     maker.write_photo(tmp_path / "a.png")
     folder = read_photos(tmp_path)
     (photo,) = folder.photos
@@ -128,7 +128,7 @@ NONSENSE = {
 
 
 @pytest.mark.parametrize("value", NONSENSE.values(), ids=NONSENSE.keys())
-def test_numbers_that_are_none_are_left_out(tmp_path: Path, value) -> None:
+def test_invalid_exif_numbers_are_ignored(tmp_path: Path, value) -> None:
     maker.write_photo(
         tmp_path / "a.jpg",
         exif={0x829A: value, 0x829D: value, 0x920A: value, 0xA404: value, 0x8827: value},
@@ -160,7 +160,7 @@ def test_numbers_that_are_none_are_left_out(tmp_path: Path, value) -> None:
         ({**maker.at(46, 7), 9: maker.text("V")}, "photo.position-without-fix"),
     ],
 )
-def test_a_position_that_cannot_be_is_dropped_in_words(tmp_path: Path, gps, code: str) -> None:
+def test_impossible_position_is_dropped_and_reported(tmp_path: Path, gps, code: str) -> None:
     maker.write_photo(tmp_path / "a.jpg", gps=gps)
     folder = read_photos(tmp_path)
     assert folder.photos[0].latitude_deg is None
@@ -177,13 +177,13 @@ def test_a_position_that_cannot_be_is_dropped_in_words(tmp_path: Path, gps, code
         (3, -12.0, "ellipsoid"),
     ],
 )
-def test_heights_say_what_they_are_above(tmp_path: Path, code, altitude, reference) -> None:
+def test_heights_state_their_reference(tmp_path: Path, code, altitude, reference) -> None:
     maker.write_photo(tmp_path / "a.jpg", gps=maker.at(46, 7, 12.0, code))
     photo = one(tmp_path)
     assert (photo.altitude_m, photo.altitude_reference) == (altitude, reference)
 
 
-def test_an_orientation_that_does_not_exist_is_said_and_ignored(tmp_path: Path) -> None:
+def test_invalid_orientation_is_reported_and_ignored(tmp_path: Path) -> None:
     maker.write_photo(tmp_path / "a.jpg", main={0x0112: maker.short(9)})
     folder = read_photos(tmp_path)
     assert folder.photos[0].orientation == 1
@@ -191,7 +191,7 @@ def test_an_orientation_that_does_not_exist_is_said_and_ignored(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_bytes_knocked_over_in_a_header_never_crash(tmp_path: Path, seed: int) -> None:
+def test_damaged_header_bytes_never_crash_the_reader(tmp_path: Path, seed: int) -> None:
     path = maker.write_photo(
         tmp_path / "a.jpg",
         main=CAMERA,
@@ -235,7 +235,7 @@ def test_exif_agrees_with_another_reader_on_real_photos(data_dir: Path) -> None:
                 assert photo.latitude_deg == pytest.approx(d + m / 60 + s / 3600, abs=1e-10)
 
 
-def test_the_drone_photos_of_brighton_say_where_they_looked(data_dir: Path) -> None:
+def test_brighton_drone_photos_have_camera_angles_and_position(data_dir: Path) -> None:
     folder = read_photos(data_dir / "brighton_beach")
     assert len(folder.photos) == 18
     assert (folder.skipped, folder.warnings) == ([], [])
@@ -247,7 +247,7 @@ def test_the_drone_photos_of_brighton_say_where_they_looked(data_dir: Path) -> N
     assert len(folder.cameras()) == 1
 
 
-def test_a_turned_photo_keeps_its_stored_size(data_dir: Path) -> None:
+def test_rotated_photo_keeps_its_stored_size(data_dir: Path) -> None:
     photos = read_photos(data_dir / "saint_martin").photos
     assert [(p.width, p.height, p.orientation) for p in photos] == [(1728, 1152, 8)] * 4
     assert photos[0].f_number is None  # a lens without contacts: f/0
@@ -269,7 +269,7 @@ def test_masks_beside_the_folder_are_found(data_dir: Path) -> None:
 
 
 # -- XMP of drones -------------------------------------------------------------------------------
-def test_an_rtk_drone_says_how_well_it_knows_its_place(tmp_path: Path) -> None:
+def test_rtk_drone_photo_has_position_accuracy(tmp_path: Path) -> None:
     maker.write_photo(
         tmp_path / "a.jpg",
         gps=maker.at(46, 7, 512.0),
@@ -336,7 +336,7 @@ _FORM = (
         ),
     ],
 )
-def test_the_angles_of_every_maker_mean_the_same(space: str, body: str, angles) -> None:
+def test_angles_of_all_makers_use_one_convention(space: str, body: str, angles) -> None:
     tags = read_drone_tags(_FORM.format(space, body))
     assert (tags.yaw_deg, tags.pitch_deg, tags.roll_deg) == pytest.approx(angles, abs=1e-9)
 
@@ -353,7 +353,7 @@ def test_the_angles_of_every_maker_mean_the_same(space: str, body: str, angles) 
         None,
     ],
 )
-def test_a_broken_packet_says_nothing(packet) -> None:
+def test_damaged_xmp_packet_gives_no_angles(packet) -> None:
     assert read_drone_tags(packet).yaw_deg is None
 
 
@@ -369,7 +369,7 @@ def test_a_panorama_is_not_taken_for_a_photo(tmp_path: Path) -> None:
 
 
 # -- folders -------------------------------------------------------------------------------------
-def test_photos_come_in_the_order_of_their_numbers(tmp_path: Path) -> None:
+def test_photos_are_sorted_by_number(tmp_path: Path) -> None:
     for i in (10, 9, 1):
         maker.write_photo(tmp_path / f"IMG_{i}.jpg", seed=i)
     maker.write_photo(tmp_path / "below" / "z.JPG", seed=4)
@@ -377,7 +377,7 @@ def test_photos_come_in_the_order_of_their_numbers(tmp_path: Path) -> None:
     assert names == ["below/z.JPG", "IMG_1.jpg", "IMG_9.jpg", "IMG_10.jpg"]
 
 
-def test_what_cannot_be_used_is_named_with_its_reason(tmp_path: Path) -> None:
+def test_unusable_files_are_skipped_with_a_reason(tmp_path: Path) -> None:
     good = maker.write_photo(tmp_path / "good.jpg", (640, 480), seed=1)
     data = good.read_bytes()
     (tmp_path / "half.jpg").write_bytes(data[: len(data) // 2])
@@ -410,7 +410,7 @@ def test_what_cannot_be_used_is_named_with_its_reason(tmp_path: Path) -> None:
     assert "good.CR2" not in reasons
 
 
-def test_links_to_nothing_are_named_and_left_out(tmp_path: Path) -> None:
+def test_broken_links_are_skipped_and_reported(tmp_path: Path) -> None:
     maker.write_photo(tmp_path / "写真 1.jpg")
     (tmp_path / "gone.jpg").symlink_to(tmp_path / "elsewhere" / "gone.jpg")
     found = read_photos(tmp_path)
@@ -420,7 +420,7 @@ def test_links_to_nothing_are_named_and_left_out(tmp_path: Path) -> None:
     assert reason.code == "file.missing"
 
 
-def test_names_that_are_no_text_are_named_and_left_out(tmp_path: Path) -> None:
+def test_undecodable_file_names_are_skipped_and_reported(tmp_path: Path) -> None:
     maker.write_photo(tmp_path / "a.jpg")
     try:
         maker.write_photo(tmp_path / os.fsdecode(b"b\xff.jpg"), seed=2)
@@ -434,7 +434,7 @@ def test_names_that_are_no_text_are_named_and_left_out(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("cut", [0.2, 0.5, 0.9, 0.999])
-def test_a_jpeg_without_its_end_is_seen_though_its_thumbnail_has_one(tmp_path: Path, cut: float):
+def test_truncated_jpeg_is_detected_despite_complete_thumbnail(tmp_path: Path, cut: float):
     import io
 
     small = io.BytesIO()
@@ -478,7 +478,7 @@ def test_masks_are_found_under_every_usual_name(tmp_path: Path, name: str) -> No
     ("size", "kept", "code"),
     [((80, 60), True, "mask.scaled"), ((30, 40), False, "mask.other-shape")],
 )
-def test_a_mask_of_another_size_is_stretched_or_refused_in_words(
+def test_mask_of_other_size_is_resized_or_rejected(
     tmp_path: Path, size, kept: bool, code: str
 ) -> None:
     maker.write_photo(tmp_path / "a.jpg", (40, 30))
@@ -492,14 +492,14 @@ def test_a_mask_of_another_size_is_stretched_or_refused_in_words(
         assert mask.shape == (30, 40)
 
 
-def test_a_mask_without_a_photo_is_said(tmp_path: Path) -> None:
+def test_mask_without_photo_is_reported(tmp_path: Path) -> None:
     maker.write_photo(tmp_path / "a.jpg")
     Image.new("L", (9, 9)).save(tmp_path / "other_mask.png")
     ((name, reason),) = read_photos(tmp_path).skipped
     assert (name, reason.code) == ("other_mask.png", "mask.without-photo")
 
 
-def test_no_folder_no_photo_and_a_file_are_refused(tmp_path: Path) -> None:
+def test_missing_folder_empty_folder_and_file_are_rejected(tmp_path: Path) -> None:
     with refused("folder.missing"):
         read_photos(tmp_path / "missing")
     (tmp_path / "file.txt").write_text("x")
@@ -527,7 +527,7 @@ def test_a_hundred_megapixels_are_listed_without_being_decoded(tmp_path: Path) -
     assert thumbnail(photo, 200).shape == (150, 200, 3)
 
 
-def test_work_can_be_cancelled(tmp_path: Path) -> None:
+def test_reading_photos_can_be_cancelled(tmp_path: Path) -> None:
     from vomstudio.core.errors import Cancelled
     from vomstudio.core.progress import CancelToken, SilentProgress
 
@@ -540,7 +540,7 @@ def test_work_can_be_cancelled(tmp_path: Path) -> None:
 
 # -- pixels --------------------------------------------------------------------------------------
 @pytest.mark.parametrize("orientation", range(1, 9))
-def test_thumbnails_are_upright_as_pillow_turns_them(tmp_path: Path, orientation: int) -> None:
+def test_thumbnails_are_rotated_upright_like_pillow(tmp_path: Path, orientation: int) -> None:
     from PIL import ImageOps
 
     maker.write_photo(tmp_path / "a.png", (40, 30), main={0x0112: maker.short(orientation)})
@@ -554,13 +554,13 @@ def test_thumbnails_are_upright_as_pillow_turns_them(tmp_path: Path, orientation
     assert grey(one(tmp_path)).shape == (30, 40)
 
 
-def test_sixteen_bits_are_shown_by_their_upper_eight(tmp_path: Path) -> None:
+def test_sixteen_bit_images_use_their_upper_eight_bits(tmp_path: Path) -> None:
     values = (np.arange(64 * 64).reshape(64, 64) * 16).astype(np.uint16)
     Image.fromarray(values).save(tmp_path / "a.png")
     assert np.array_equal(grey(one(tmp_path)), values >> 8)
 
 
-def test_a_tiff_of_sixteen_bit_colours_is_a_photo_too(tmp_path: Path) -> None:
+def test_sixteen_bit_color_tiff_is_read(tmp_path: Path) -> None:
     import cv2
 
     values = np.full((20, 30, 3), 200 << 8, np.uint16)
@@ -568,7 +568,7 @@ def test_a_tiff_of_sixteen_bit_colours_is_a_photo_too(tmp_path: Path) -> None:
     assert np.array_equal(thumbnail(one(tmp_path), 64), np.full((20, 30, 3), 200, np.uint8))
 
 
-def test_damaged_pixels_are_an_error_that_names_the_file(tmp_path: Path) -> None:
+def test_damaged_pixels_raise_error_with_file_name(tmp_path: Path) -> None:
     path = maker.write_photo(tmp_path / "a.png", (300, 300))
     data = path.read_bytes()
     half = len(data) // 2
@@ -595,7 +595,7 @@ def test_damaged_pixels_are_an_error_that_names_the_file(tmp_path: Path) -> None
         (None, None),
     ],
 )
-def test_cameras_are_found_by_the_names_that_people_use(name, width) -> None:
+def test_cameras_are_found_by_common_names(name, width) -> None:
     found = find_camera(name)
     assert (found.width_mm if found else None) == width
 
@@ -632,7 +632,7 @@ def test_the_table_agrees_with_the_35_mm_value_of_a_real_camera(data_dir: Path) 
     assert photo.sensor_width_mm == pytest.approx(model.width_mm, rel=0.02)
 
 
-def test_a_copied_set_is_the_same_photos(tmp_path: Path, data_dir: Path) -> None:
+def test_copied_photo_set_is_read_identically(tmp_path: Path, data_dir: Path) -> None:
     shutil.copytree(data_dir / "saint_martin", tmp_path / "a" / "saint_martin")
     folder = read_photos(tmp_path / "a")
     assert folder.photos[0].name == "saint_martin/IMGP4167.JPG"
@@ -640,7 +640,7 @@ def test_a_copied_set_is_the_same_photos(tmp_path: Path, data_dir: Path) -> None
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
-def test_marks_turn_with_the_picture(orientation: int) -> None:
+def test_marks_rotate_with_the_image(orientation: int) -> None:
     from vomstudio.io.photos.pixels import rotate_pixels_upright, rotate_upright
 
     picture = np.zeros((5, 7), np.uint8)

@@ -17,7 +17,7 @@ lineation,75,12,2,L01
 """
 
 
-def test_the_meaning_of_azimuth_and_inclination_is_requested(tmp_path: Path) -> None:
+def test_ambiguous_azimuth_and_inclination_require_a_notation(tmp_path: Path) -> None:
     table = tmp_path / "planes.csv"
     table.write_text("site,structure,azi,inc\nA,S1,113,47\nA,L1,200,10\n")
     with refused("orientation.ambiguous-azimuth", UsageError):
@@ -29,13 +29,13 @@ def test_the_meaning_of_azimuth_and_inclination_is_requested(tmp_path: Path) -> 
     assert read_orientations(table, "strike").dip_direction_deg[0] == pytest.approx(203)
 
 
-def test_lines_alone_have_a_trend_without_request(tmp_path: Path) -> None:
+def test_lines_alone_are_read_as_trends(tmp_path: Path) -> None:
     table = tmp_path / "lines.csv"
     table.write_text("structure,azi,inc\nL2,200,10\n")
     assert read_orientations(table).trend_deg.tolist() == [200]
 
 
-def test_a_bearing_is_a_trend(tmp_path: Path) -> None:
+def test_bearing_is_read_as_trend(tmp_path: Path) -> None:
     table = tmp_path / "lines.csv"
     table.write_text("bearing,plunge\n113,47\n")
     rows = read_orientations(table)

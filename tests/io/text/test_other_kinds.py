@@ -101,7 +101,7 @@ CONTENTS = [
 
 @pytest.mark.parametrize(("kind", "content"), CONTENTS)
 @pytest.mark.parametrize("name", ["file.csv", "file.txt", "file"])
-def test_another_kind_is_named(tmp_path: Path, kind: str, content: bytes, name: str) -> None:
+def test_other_file_kind_is_reported(tmp_path: Path, kind: str, content: bytes, name: str) -> None:
     path = tmp_path / name
     path.write_bytes(content)
     with pytest.raises(InputError) as caught:
@@ -121,7 +121,9 @@ def test_another_kind_is_named(tmp_path: Path, kind: str, content: bytes, name: 
         (".dxf", "DXF", "dxf"),
     ],
 )
-def test_files_that_gdal_writes(tmp_path: Path, ending: str, driver: str, kind: str) -> None:
+def test_files_written_by_gdal_are_recognized(
+    tmp_path: Path, ending: str, driver: str, kind: str
+) -> None:
     path = tmp_path / f"planes{ending}"
     shapes = np.array([shapely.to_wkb(shapely.Point(k, k)) for k in range(3)], object)
     fields = {} if driver == "DXF" else {"dip": np.arange(3)}
@@ -140,7 +142,7 @@ def test_files_that_gdal_writes(tmp_path: Path, ending: str, driver: str, kind: 
         assert recognise_kind(beside).key == "dbase"  # type: ignore[union-attr]
 
 
-def test_databases_and_drawings_of_other_programs(tmp_path: Path) -> None:
+def test_sqlite_and_dxf_files_are_recognized(tmp_path: Path) -> None:
     with sqlite3.connect(tmp_path / "a.db") as db:
         db.execute("CREATE TABLE t (x)")
     assert recognise_kind((tmp_path / "a.db").read_bytes()).key == "sqlite"  # type: ignore[union-attr]
@@ -176,7 +178,7 @@ def test_tables_are_not_taken_for_another_kind(tmp_path: Path, content: bytes) -
         st.sampled_from([c for _, c in CONTENTS] + [b" ", b"\n", b"\0", b"<", b'{"']), max_size=6
     )
 )
-def test_any_content_is_recognised_or_not_without_an_error(parts: list[bytes]) -> None:
+def test_arbitrary_content_never_raises(parts: list[bytes]) -> None:
     recognise_kind(b"".join(parts))
 
 
@@ -184,12 +186,12 @@ def test_any_content_is_recognised_or_not_without_an_error(parts: list[bytes]) -
     "piece",
     [b"<?a?>", b"<!---->", b'"type" ', b"#\n", b" ", b"\n", b"999\n\n", b"<a", b"]", b"<!DOCTYPE"],
 )
-def test_the_time_is_linear(piece: bytes) -> None:
+def test_recognition_time_is_linear(piece: bytes) -> None:
     for head in (b"", b'{"', b"<!DOCTYPE a [", b"solid\n"):
         recognise_kind((head + piece * HEAD_BYTES)[:HEAD_BYTES])
 
 
-def test_points_of_a_model_and_cameras_name_the_kind_too(tmp_path: Path) -> None:
+def test_model_and_camera_readers_report_other_file_kinds(tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
     path.write_bytes(_json({"type": "FeatureCollection", "features": [_FEATURE]}))
     with pytest.raises(InputError) as caught:

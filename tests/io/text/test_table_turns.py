@@ -32,12 +32,12 @@ def line(*models: str, covariance: object = COVARIANCE) -> str:
     return f"# {registration_lines([told])[0]}"
 
 
-def test_a_table_of_others_says_nothing_of_it(tmp_path: Path) -> None:
+def test_table_without_registration_columns_has_no_rotation_errors(tmp_path: Path) -> None:
     found = table(tmp_path, "dip direction,dip", "90,30", "100,40")
     assert found.rotation_errors is None
 
 
-def test_a_column_alone_is_taken_as_equal_about_all_axes(tmp_path: Path) -> None:
+def test_error_column_alone_is_isotropic(tmp_path: Path) -> None:
     found = table(
         tmp_path, HEAD, "90,30,a,2", "100,40,a,3", "110,40,b,1", "100,40,,"
     ).rotation_errors
@@ -47,7 +47,7 @@ def test_a_column_alone_is_taken_as_equal_about_all_axes(tmp_path: Path) -> None
     assert sigma * FACTOR == pytest.approx(np.array([[3.0] * 3, [1.0] * 3]))
 
 
-def test_the_head_tells_the_axes(tmp_path: Path) -> None:
+def test_header_covariance_gives_rotation_axes(tmp_path: Path) -> None:
     found = table(
         tmp_path, line("a", "b"), HEAD, "90,30,a,2", "100,40,b,3", "90,30,,"
     ).rotation_errors
@@ -67,13 +67,13 @@ def test_the_head_tells_the_axes(tmp_path: Path) -> None:
         "# registration: [1, 2]",
     ],
 )
-def test_a_damaged_head_leaves_the_column(tmp_path: Path, bad: str) -> None:
+def test_damaged_header_leaves_the_error_column(tmp_path: Path, bad: str) -> None:
     found = table(tmp_path, bad, HEAD, "90,30,a,2", "100,40,a,2").rotation_errors
     assert found is not None
     assert np.degrees(np.sqrt(found.rotations[0, 0, 0])) * FACTOR == pytest.approx(2.0)
 
 
-def test_two_models_of_one_name_are_not_told_apart_by_it(tmp_path: Path) -> None:
+def test_covariance_is_ignored_if_two_models_share_a_name(tmp_path: Path) -> None:
     lines = line("a"), line("a", covariance=np.eye(3).tolist())
     found = table(tmp_path, *lines, HEAD, "90,30,a,2", "100,40,a,2").rotation_errors
     assert found is not None
@@ -81,11 +81,11 @@ def test_two_models_of_one_name_are_not_told_apart_by_it(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("cell", ["", "-1", "nan", "inf", "120", "word"])
-def test_what_is_no_half_angle_is_none(tmp_path: Path, cell: str) -> None:
+def test_invalid_half_angle_gives_no_rotation_errors(tmp_path: Path, cell: str) -> None:
     assert table(tmp_path, HEAD, f"90,30,a,{cell}", f"100,40,a,{cell}").rotation_errors is None
 
 
-def test_means_and_axes_of_a_table_carry_it(tmp_path: Path) -> None:
+def test_means_and_fold_axes_include_the_registration_error(tmp_path: Path) -> None:
     """Turned about up alone by 3 degrees (1 sigma): the mean pole of beds that dip 30 degrees moves
     by the sine of that."""
     path = tmp_path / "beds.csv"
@@ -108,7 +108,7 @@ def test_means_and_axes_of_a_table_carry_it(tmp_path: Path) -> None:
     assert json.dumps(vs.fold(path).to_dict())
 
 
-def test_a_frame_read_from_a_file_keeps_what_its_head_says(tmp_path: Path) -> None:
+def test_frame_read_from_file_keeps_the_header_covariance(tmp_path: Path) -> None:
     path = tmp_path / "beds.csv"
     rows = [f"{90 + i % 3},{30 + i % 2},a,2" for i in range(12)]
     path.write_text("\n".join([line("a"), HEAD, *rows]), encoding="utf-8")

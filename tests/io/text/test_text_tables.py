@@ -58,17 +58,17 @@ def test_every_delimiter_header_and_line_end_gives_the_same_points(
 
 
 @pytest.mark.parametrize("delimiter", [";", "\t"])
-def test_a_decimal_comma_is_understood_beside_semicolon_and_tab(table, delimiter: str) -> None:
+def test_decimal_comma_is_parsed_with_semicolon_or_tab(table, delimiter: str) -> None:
     text = "\n".join(delimiter.join(f"{v:g}".replace(".", ",") for v in row) for row in TRIANGLE)
     np.testing.assert_array_equal(read_points(table(text)).points, TRIANGLE)
 
 
-def test_decimal_commas_between_spaces_are_refused_with_the_reason(table) -> None:
+def test_decimal_commas_with_space_delimiter_are_rejected(table) -> None:
     error = refusal_of(table("1,5 2,0 3,0\n4,0 5,2 6,0\n7,0 8,0 9,0\n"))
     assert (error.line, error.code) == (1, "table.comma-delimiter")
 
 
-def test_decimal_marks_mixed_in_one_column_are_refused(table) -> None:
+def test_mixed_decimal_marks_in_one_column_are_rejected(table) -> None:
     error = refusal_of(table("1,5;2;3\n4,5;5;6\n1.234;8;9\n"))
     assert (error.line, error.field) == (3, "column 1")
 
@@ -107,29 +107,29 @@ def test_coordinates_are_found_under_their_usual_names(table, header: str) -> No
     np.testing.assert_array_equal(read_points(table(f"{header}\n{rows}\n")).points, TRIANGLE)
 
 
-def test_columns_are_taken_by_name_wherever_they_stand(table) -> None:
+def test_named_columns_may_be_in_any_order(table) -> None:
     path = table("id;z;quality;x;y\na;3;good;1;2\n")
     np.testing.assert_array_equal(read_points(path).points, [[1.0, 2.0, 3.0]])
 
 
-def test_a_byte_order_mark_is_no_part_of_the_first_name(table) -> None:
+def test_byte_order_mark_is_not_part_of_the_first_name(table) -> None:
     path = table("\ufeffx,y,z\n1,2,3\n".encode())
     assert read_table(path).names == ("x", "y", "z")
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-8"])
-def test_names_of_all_scripts_are_kept(table, encoding: str) -> None:
+def test_group_names_in_any_script_are_kept(table, encoding: str) -> None:
     path = table("x\ty\tz\tträce\n1\t2\t3\t層\n4\t5\t6\tГеология\n".encode(encoding))
     assert read_points(path, "träce").ids == ("層", "Геология")
 
 
-def test_text_that_is_not_utf8_is_read_as_windows_text_and_said(table) -> None:
+def test_non_utf8_text_is_read_as_windows_1252_and_reported(table) -> None:
     groups = read_points(table("x;y;z;Störung\n1;2;3;a\n".encode("cp1252")), "Störung")
     assert groups.ids == ("a",)
     assert groups.warnings[0].values == {"encoding": "Windows-1252"}
 
 
-def test_quoted_cells_may_hold_delimiters_quotes_and_line_ends(table) -> None:
+def test_quoted_cells_may_contain_delimiters_quotes_and_line_ends(table) -> None:
     path = table('x,y,z,trace\n1,2,3,"a, ""b"""\n# no\n4,5,6,"c\n# d"\n7,8,nine,e\n')
     error = refusal_of(path, "trace")
     assert (error.line, error.field) == (6, "z")
@@ -137,16 +137,16 @@ def test_quoted_cells_may_hold_delimiters_quotes_and_line_ends(table) -> None:
     assert read_points(path, "trace").ids == ('a, "b"', "c\n# d")
 
 
-def test_an_open_quote_is_refused_by_its_line(table) -> None:
+def test_unclosed_quote_is_rejected_with_its_line(table) -> None:
     assert refusal_of(table('x,y,z,t\n1,2,3,"a\n4,5,6,b\n'), "t").line == 2
 
 
-def test_trailing_delimiters_of_a_spreadsheet_are_forgiven(table) -> None:
+def test_trailing_spreadsheet_delimiters_are_ignored(table) -> None:
     path = table("1,2,3\n4,5,6,,,\n,,,\n7,8,9,\n")
     assert read_points(path).points.shape == (3, 3)
 
 
-def test_an_end_of_file_mark_of_old_systems_is_forgiven(table) -> None:
+def test_trailing_end_of_file_mark_is_ignored(table) -> None:
     assert read_points(table("1,2,3\n4,5,6\n\x1a")).points.shape == (2, 3)
 
 
@@ -163,7 +163,7 @@ def test_nan_rows_are_dropped_and_counted_by_line(table) -> None:
     assert groups.warnings[0].values["lines"] == (3, 4, 6, 7)
 
 
-def test_a_table_of_nothing_but_nan_is_refused(table) -> None:
+def test_table_with_only_nan_rows_is_rejected(table) -> None:
     assert refusal_of(table("nan nan nan\nnan 1 2\n")).code == "table.no-valid-rows"
 
 
@@ -183,7 +183,7 @@ def test_a_column_is_found_by_name_or_number(table, key: str) -> None:
     assert read_points(table("x,y,z,trace id\n1,2,3,a\n"), key).ids == ("a",)
 
 
-def test_a_column_named_like_a_number_goes_before_the_number(table) -> None:
+def test_column_name_takes_precedence_over_column_number(table) -> None:
     assert read_points(table("x,y,z,1\n5,2,3,a\n"), "1").ids == ("a",)
 
 
@@ -196,19 +196,19 @@ def test_a_table_without_header_is_grouped_by_number_only(table) -> None:
         assert len(error.values["columns"]) == 4
 
 
-def test_a_missing_column_is_refused_with_those_that_are_there(table) -> None:
+def test_missing_column_is_rejected_with_the_available_columns(table) -> None:
     error = refusal_of(table("x,y,z,bed\n1,2,3,a\n"), "trace")
     assert error.field == "trace"
     assert error.values["columns"] == ("x", "y", "z", "bed")
 
 
-def test_points_without_a_group_are_left_out_and_said(table) -> None:
+def test_points_without_group_are_skipped_and_reported(table) -> None:
     groups = read_points(table("x,y,z,trace\n1,2,3,a\n1,2,3,\n1,2,3,a\n"), "trace")
     assert groups.offsets.tolist() == [0, 2]
     assert groups.warnings[0].values["lines"] == (3,)
 
 
-def test_a_group_whose_points_all_lack_coordinates_stays_as_an_empty_group(table) -> None:
+def test_group_without_valid_coordinates_stays_as_empty_group(table) -> None:
     groups = read_points(table("x,y,z,t\n1,2,3,a\nnan,1,1,b\n"), "t")
     assert groups.ids == ("a", "b")
     assert groups.offsets.tolist() == [0, 1, 1]
@@ -218,7 +218,7 @@ def test_a_group_whose_points_all_lack_coordinates_stays_as_an_empty_group(table
     "text",
     ["x,y,z,trace\n" + "1,2,3,a\n" * 3 + "1,2,3,b\n" * 3, "1 2 3 1\n" * 3 + "1 2 3 2\n" * 3],
 )
-def test_a_column_that_looks_like_groups_is_warned_of_and_not_used(table, text: str) -> None:
+def test_column_resembling_groups_is_reported_and_not_used(table, text: str) -> None:
     groups = read_points(table(text))
     assert groups.ids == ("1",)
     assert groups.warnings[0].code == "table.groups"
@@ -230,7 +230,7 @@ def test_colours_beside_the_points_do_not_look_like_groups(table) -> None:
     assert read_points(table(rows)).warnings == ()
 
 
-def test_rules_between_rows_part_the_points_only_when_asked(table) -> None:
+def test_separator_lines_split_points_only_on_request(table) -> None:
     path = table("1 2 3\n4 5 6\n---\n7 8 9\n")
     whole = read_points(path)
     assert whole.ids == ("1",)
@@ -268,7 +268,7 @@ def test_rules_between_rows_part_the_points_only_when_asked(table) -> None:
         (b"1 2 3\n4 1e308 6\n", 2, "coordinate.out-of-range", 1e308),
     ],
 )
-def test_what_is_no_table_of_points_is_refused_by_line_and_reason(
+def test_file_that_is_not_a_point_table_is_rejected_with_line_and_reason(
     table, content: bytes, line: int | None, code: str, value: object
 ) -> None:
     error = refusal_of(table(content))
@@ -276,11 +276,11 @@ def test_what_is_no_table_of_points_is_refused_by_line_and_reason(
     assert value is None or value in error.values.values()
 
 
-def test_a_missing_file_is_named(tmp_path: Path) -> None:
+def test_missing_file_is_reported(tmp_path: Path) -> None:
     assert refusal_of(tmp_path / "missing.txt").code == "file.missing"
 
 
-def test_a_folder_is_no_table(tmp_path: Path) -> None:
+def test_folder_is_rejected(tmp_path: Path) -> None:
     assert refusal_of(tmp_path).code == "file.is-folder"
 
 
@@ -289,22 +289,22 @@ def test_an_endless_device_is_not_read() -> None:
     assert refusal_of(Path("/dev/zero")).code == "file.not-regular"
 
 
-def test_a_name_with_a_null_byte_is_refused() -> None:
+def test_file_name_with_null_byte_is_rejected() -> None:
     with pytest.raises(InputError):
         read_table("a\0b")
 
 
-def test_a_line_of_megabytes_is_refused(table) -> None:
+def test_very_long_line_is_rejected(table) -> None:
     error = refusal_of(table("1 2 3\n" + "4 " * 1_000_000 + "\n"))
     assert error.line == 2
 
 
-def test_a_quoted_cell_of_megabytes_is_refused(table) -> None:
+def test_very_long_quoted_cell_is_rejected(table) -> None:
     error = refusal_of(table('x,y,z,t\n1,2,3,"' + "a" * 500_000 + '"\n'), "t")
     assert error.line == 2
 
 
-def test_an_empty_group_column_is_refused(table) -> None:
+def test_empty_group_column_is_rejected(table) -> None:
     assert refusal_of(table("x,y,z,t\n1,2,3,\n"), "t").field == "t"
 
 
@@ -318,7 +318,7 @@ cells = st.floats(-1e12, 1e12)
     rows=st.lists(st.tuples(cells, cells, cells), min_size=1, max_size=12),
     delimiter=st.sampled_from([",", ";", "\t", " "]),
 )
-def test_numbers_come_back_to_the_last_bit(
+def test_numbers_round_trip_bit_for_bit(
     tmp_path_factory: pytest.TempPathFactory,
     rows: list[tuple[float, float, float]],
     delimiter: str,
@@ -337,7 +337,7 @@ words = st.text(
 
 @settings(max_examples=60, deadline=None)
 @given(names=st.lists(words, min_size=1, max_size=8, unique=True))
-def test_any_name_survives_a_csv_writer_of_others(
+def test_any_group_name_written_by_the_csv_module_round_trips(
     tmp_path_factory: pytest.TempPathFactory, names: list[str]
 ) -> None:
     # An apostrophe before a sign is how tables keep spreadsheets from evaluating a name.
@@ -364,7 +364,7 @@ def read_or_refused(path: Path, by: str | None = None) -> PointGroups | None:
 
 @settings(max_examples=150, deadline=None)
 @given(content=st.binary(max_size=200))
-def test_any_bytes_are_read_or_refused_by_name(
+def test_arbitrary_bytes_are_read_or_rejected_by_name(
     tmp_path_factory: pytest.TempPathFactory, content: bytes
 ) -> None:
     path = tmp_path_factory.mktemp("t") / "p.txt"
@@ -376,7 +376,7 @@ def test_any_bytes_are_read_or_refused_by_name(
 @given(
     content=st.text('0123456789.,;-+e \t\n"#xyzN>', max_size=80), by=st.sampled_from([None, "4"])
 )
-def test_any_likely_text_is_read_or_refused_by_name(
+def test_table_like_text_is_read_or_rejected_by_name(
     tmp_path_factory: pytest.TempPathFactory, content: str, by: str | None
 ) -> None:
     path = tmp_path_factory.mktemp("t") / "p.txt"
@@ -398,11 +398,11 @@ def test_any_likely_text_is_read_or_refused_by_name(
         ("m", "m"),
     ],
 )
-def test_case_separators_and_units_of_names_are_forgiven(name: str, same: str) -> None:
+def test_case_separators_and_units_in_column_names_are_ignored(name: str, same: str) -> None:
     assert normalise_name(name) == same
 
 
-def test_labels_in_scientific_notation_are_the_whole_numbers_they_stand_for(table) -> None:
+def test_scientific_notation_labels_become_integers(table) -> None:
     rows = np.column_stack([np.vstack([TRIANGLE, TRIANGLE + 1]), [1, 1, 1, 20, 20, 20]])
     path = table("")
     np.savetxt(path, rows)
@@ -422,7 +422,7 @@ def test_labels_in_scientific_notation_are_the_whole_numbers_they_stand_for(tabl
         ("A,45,30,20,N\nB,50,33,2,R\n", "slip {t}", 1),
     ],
 )
-def test_a_row_of_data_that_was_taken_for_a_header_is_said_to_be_one(
+def test_data_row_taken_for_a_header_is_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str, command: str, line: int
 ) -> None:
     path = tmp_path / "t.csv"
@@ -438,7 +438,7 @@ def test_a_row_of_data_that_was_taken_for_a_header_is_said_to_be_one(
 
 
 @pytest.mark.parametrize("first", ["sep=;", "SEP=;", '"sep=;"', "\ufeffsep=;"])
-def test_the_delimiter_that_excel_states_is_no_row(tmp_path: Path, first: str) -> None:
+def test_excel_sep_line_is_not_a_row(tmp_path: Path, first: str) -> None:
     path = tmp_path / "t.csv"
     path.write_text(f"{first}\nstrike;dip\n30,5;45\n31;44\n", encoding="utf-8")
     table = read_table(path)
@@ -489,7 +489,7 @@ def of_many(kind: str, lines: int, files: dict[str, bytes], folder: Path) -> Pat
         "stations.csv",
     ],
 )
-def test_more_rows_than_memory_may_hold_are_refused(
+def test_excessive_row_count_is_rejected(
     kind: str, sound: dict[str, dict[str, bytes]], tmp_path: Path
 ) -> None:
     from tests.fuzz.kinds import READERS
@@ -500,7 +500,7 @@ def test_more_rows_than_memory_may_hold_are_refused(
     assert caught.value.file == str(path)
 
 
-def test_tables_of_numbers_may_be_longer(tmp_path: Path) -> None:
+def test_numeric_tables_may_have_more_rows(tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
     path.write_text("x,y,z\n" + "1,2,3\n" * 400_000)
     assert len(read_points(path).points) == 400_000
@@ -509,7 +509,7 @@ def test_tables_of_numbers_may_be_longer(tmp_path: Path) -> None:
         read_points(path)
 
 
-def test_quoted_cells_cost_more_and_may_be_fewer(tmp_path: Path) -> None:
+def test_tables_with_quoted_cells_may_have_fewer_rows(tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
     path.write_text("x,y,z,pick\n" + '1,2,3,"a"\n' * 1_000_000)
     with refused("table.too-many-rows", count=1000001, limit=1000000):
@@ -533,7 +533,7 @@ def test_rows_between_comments_and_separators_keep_their_line_numbers(tmp_path: 
     delimiter=st.sampled_from(",;\t "),
     quoted=st.booleans(),
 )
-def test_codes_of_labels_are_those_of_single_cells(
+def test_label_codes_match_labels_of_single_cells(
     cells: list[str], column: int, delimiter: str, quoted: bool
 ) -> None:
     import tempfile

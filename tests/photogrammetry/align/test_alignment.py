@@ -50,7 +50,7 @@ def arc(tmp_path_factory: pytest.TempPathFactory) -> tuple[Made, Alignment, Path
     return made, aligned(made, folder / "work"), folder / "work"
 
 
-def test_cameras_and_points_are_where_they_were(arc: tuple[Made, Alignment, Path]) -> None:
+def test_alignment_recovers_cameras_and_points(arc: tuple[Made, Alignment, Path]) -> None:
     made, alignment, _ = arc
     assert alignment.registered_photo_count == len(made.views)
     assert not alignment.unregistered_photos
@@ -94,7 +94,7 @@ def test_convergent_photos_correct_a_wrong_focal_length(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_convergent_photos_tell_the_whole_lens(tmp_path: Path) -> None:
+def test_convergent_photos_determine_all_lens_parameters(tmp_path: Path) -> None:
     lens = Intrinsics("OPENCV", 1600, 1200, (1500, 1500, 810, 594, -0.1, 0.1, 0, 0))
     made = make(tmp_path / "photos", around(12, lens), face(), noise_px=0.1, focal_px=1450.0)
     alignment = aligned(made, tmp_path / "work")
@@ -110,7 +110,7 @@ def test_convergent_photos_tell_the_whole_lens(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_photos_that_look_one_way_leave_the_principal_point_in_the_middle(tmp_path: Path) -> None:
+def test_parallel_photos_keep_the_principal_point_in_the_middle(tmp_path: Path) -> None:
     lens = Intrinsics("OPENCV", 1600, 1200, (1500, 1500, 810, 594, -0.06, 0.03, 0, 0))
     made = make(tmp_path / "photos", abreast(8, lens), face(relief=0.2))
     camera = aligned(made, tmp_path / "work").cameras[0]
@@ -119,7 +119,7 @@ def test_photos_that_look_one_way_leave_the_principal_point_in_the_middle(tmp_pa
 
 
 @pytest.mark.full
-def test_photos_that_look_one_way_tell_how_the_lens_bends(tmp_path: Path) -> None:
+def test_parallel_photos_determine_the_distortion(tmp_path: Path) -> None:
     lens = Intrinsics("RADIAL", 1600, 1200, (1500, 800, 600, -0.06, 0.08))
     made = make(tmp_path / "photos", abreast(8, lens), face())
     camera = aligned(made, tmp_path / "work").cameras[0]
@@ -132,7 +132,7 @@ def test_photos_that_look_one_way_tell_how_the_lens_bends(tmp_path: Path) -> Non
 
 
 @pytest.mark.full
-def test_photos_that_look_one_way_leave_the_focal_the_focal_length_as_exif_has_it(
+def test_parallel_photos_keep_the_exif_focal_length(
     tmp_path: Path,
 ) -> None:
     made = make(tmp_path / "photos", abreast(), face(relief=0.2), focal_px=1450.0)
@@ -145,7 +145,7 @@ def test_photos_that_look_one_way_leave_the_focal_the_focal_length_as_exif_has_i
 
 
 @pytest.mark.full
-def test_an_unknown_focal_length_is_estimated_and_said_to_be(tmp_path: Path) -> None:
+def test_unknown_focal_length_is_estimated_and_reported(tmp_path: Path) -> None:
     made = make(tmp_path / "photos", around(10), face(), focal_px=None)
     alignment = aligned(made, tmp_path / "work")
     camera = alignment.cameras[0]
@@ -156,7 +156,7 @@ def test_an_unknown_focal_length_is_estimated_and_said_to_be(tmp_path: Path) -> 
 
 
 @pytest.mark.full
-def test_two_cameras_with_photos_of_two_sizes_are_told_apart(tmp_path: Path) -> None:
+def test_cameras_with_different_photo_sizes_are_distinguished(tmp_path: Path) -> None:
     small = Intrinsics("SIMPLE_RADIAL", 1200, 1600, (1500.0, 600.0, 800.0, -0.05))
     views = around(10)
     views = [replace(view, intrinsics=small) if i % 2 else view for i, view in enumerate(views)]
@@ -171,7 +171,7 @@ def test_two_cameras_with_photos_of_two_sizes_are_told_apart(tmp_path: Path) -> 
 
 
 @pytest.mark.full
-def test_parts_without_connection_are_all_kept_the_larger_first(tmp_path: Path) -> None:
+def test_unconnected_components_are_all_kept_largest_first(tmp_path: Path) -> None:
     one = make(tmp_path / "photos", around(5), face())
     others = [replace(view, name=f"z{view.name}") for view in around(8)]
     two = make(tmp_path / "photos", others, face(seed=7))
@@ -185,7 +185,7 @@ def test_parts_without_connection_are_all_kept_the_larger_first(tmp_path: Path) 
 
 
 @pytest.mark.full
-def test_components_that_share_a_photo_are_aligned_and_the_largest_contains_it(
+def test_components_sharing_a_photo_are_aligned_and_largest_contains_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two walls, each seen by photos of its own, and one photo that shows both: too little to hold
@@ -228,7 +228,9 @@ def test_components_that_share_a_photo_are_aligned_and_the_largest_contains_it(
     assert [len(part.views) for part in again.parts] == [8, 5]
 
 
-def test_shared_photos_are_those_of_larger_components(arc: tuple[Made, Alignment, Path]) -> None:
+def test_shared_photos_are_assigned_to_the_larger_component(
+    arc: tuple[Made, Alignment, Path],
+) -> None:
     made, _, work = arc
 
     def component(*rows: int) -> object:
@@ -282,7 +284,7 @@ def test_images_without_a_pose_do_not_disturb_an_adjustment(cameras: int) -> Non
     np.testing.assert_allclose(results[0], results[1], rtol=1e-6)
 
 
-def test_matches_of_the_next_window_move_cameras_little(monkeypatch) -> None:
+def test_wrong_matches_along_a_repeated_feature_move_cameras_little(monkeypatch) -> None:
     """One track in ten runs, in half of the photos, along a repeated feature 3 pixels beside it."""
     pycolmap = colmap()
     options = pycolmap.SyntheticDatasetOptions()
@@ -313,7 +315,7 @@ def apart(points: np.ndarray, truth: np.ndarray) -> float:
 
 
 @pytest.mark.full
-def test_photos_that_cannot_be_used_are_named_with_a_reason(tmp_path: Path) -> None:
+def test_unusable_photos_are_listed_with_a_reason(tmp_path: Path) -> None:
     made = make(tmp_path / "photos", around(), face())
     elsewhere = [replace(around()[0], name="elsewhere.jpg"), replace(around()[1], name="torn.jpg")]
     other = make(tmp_path / "photos", elsewhere, face(seed=9))
@@ -352,7 +354,7 @@ def test_photos_without_overlap_are_refused_with_the_reason(tmp_path: Path) -> N
 
 
 @pytest.mark.full
-def test_photos_of_one_spot_have_no_depth_and_are_refused(tmp_path: Path) -> None:
+def test_photos_from_one_position_are_refused_without_a_base(tmp_path: Path) -> None:
     view = around()[0]
     same = [replace(view, name=f"{i}.jpg") for i in range(3)]
     made = make(tmp_path / "photos", same, face())
@@ -361,7 +363,7 @@ def test_photos_of_one_spot_have_no_depth_and_are_refused(tmp_path: Path) -> Non
 
 
 @pytest.mark.full
-def test_one_thread_and_one_seed_give_the_same_bits(
+def test_one_thread_and_one_seed_give_identical_results(
     arc: tuple[Made, Alignment, Path], tmp_path: Path
 ) -> None:
     made, first, _ = arc
@@ -373,7 +375,7 @@ def test_one_thread_and_one_seed_give_the_same_bits(
     assert first.cameras[0].values == again.cameras[0].values
 
 
-def test_a_finished_alignment_is_read_back(arc: tuple[Made, Alignment, Path]) -> None:
+def test_finished_alignment_is_loaded_from_its_folder(arc: tuple[Made, Alignment, Path]) -> None:
     _, alignment, work = arc
     again = Alignment.load(work)
     assert np.array_equal(again.parts[0].points, alignment.parts[0].points)
@@ -383,7 +385,7 @@ def test_a_finished_alignment_is_read_back(arc: tuple[Made, Alignment, Path]) ->
         Alignment.load(work / "features")
 
 
-def test_matches_of_a_pair_can_be_shown(arc: tuple[Made, Alignment, Path]) -> None:
+def test_matches_of_a_pair_are_read_in_either_order(arc: tuple[Made, Alignment, Path]) -> None:
     made, _, work = arc
     left, right, _, rows = read_pair_matches(work / "database.db", 2, 3)
     left, right = left[rows[:, 0]], right[rows[:, 1]]
@@ -419,7 +421,7 @@ class Stop(SilentProgress):
         [("Detecting features", 4), ("Matching photos", 8), ("Computing poses", 3)], 1
     ),
 )
-def test_a_stopped_run_goes_on_where_it_was(
+def test_stopped_run_resumes_where_it_stopped(
     arc: tuple[Made, Alignment, Path], tmp_path: Path, stage: str, at: int
 ) -> None:
     made, whole, _ = arc
@@ -445,7 +447,7 @@ def _finished(work: Path) -> int:
 
 
 @pytest.mark.full
-def test_a_damaged_database_is_made_anew(arc: tuple[Made, Alignment, Path], tmp_path: Path) -> None:
+def test_damaged_database_is_rebuilt(arc: tuple[Made, Alignment, Path], tmp_path: Path) -> None:
     made, whole, _ = arc
     work = tmp_path / "work"
     aligned(made, work)
@@ -457,9 +459,7 @@ def test_a_damaged_database_is_made_anew(arc: tuple[Made, Alignment, Path], tmp_
 
 
 @pytest.mark.full
-def test_stages_are_told_with_real_counts(
-    arc: tuple[Made, Alignment, Path], tmp_path: Path
-) -> None:
+def test_stages_report_real_counts(arc: tuple[Made, Alignment, Path], tmp_path: Path) -> None:
     made, _, _ = arc
     told = Stop("", 0)
     align(made.photos, tmp_path / "work", ONE, Finder([made]), told)
@@ -471,7 +471,7 @@ def test_stages_are_told_with_real_counts(
 
 
 @pytest.mark.full
-def test_another_photo_in_the_set_starts_the_matching_anew(
+def test_adding_a_photo_restarts_the_matching(
     arc: tuple[Made, Alignment, Path], tmp_path: Path
 ) -> None:
     made, _, _ = arc
@@ -482,7 +482,7 @@ def test_another_photo_in_the_set_starts_the_matching_anew(
 
 
 @pytest.mark.slow
-def test_many_photos_are_matched_by_likeness_and_placed_at_once(tmp_path: Path) -> None:
+def test_many_photos_are_matched_by_likeness_and_mapped_globally(tmp_path: Path) -> None:
     made = make(tmp_path / "photos", around(70, LENS), face(500))
     options = replace(ONE, mapper="global")
     alignment = aligned(made, tmp_path / "work", options)

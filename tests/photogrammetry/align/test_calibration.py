@@ -45,7 +45,7 @@ def bow(alignment: Alignment, made: Made) -> float:
 
 @pytest.mark.full
 @pytest.mark.parametrize("focal", first_in_default_tier([1200.0, 1875.0], 1))
-def test_five_photos_contradict_a_focal_length_that_is_a_quarter_off(
+def test_five_photos_contradict_a_focal_length_with_25_percent_error(
     tmp_path: Path, focal: float
 ) -> None:
     made = make(tmp_path / "photos", around(5), face(), focal_px=focal)
@@ -62,7 +62,7 @@ def test_five_photos_contradict_a_focal_length_that_is_a_quarter_off(
     assert len(told.values["photos"]) == 5
 
 
-def test_a_focal_length_that_is_right_is_not_contradicted(tmp_path: Path) -> None:
+def test_correct_focal_length_is_not_contradicted(tmp_path: Path) -> None:
     made = make(tmp_path / "photos", around(5), face(), focal_px=1485.0)
     camera = aligned(made, tmp_path / "work").cameras[0]
     assert camera.focal == "held"
@@ -70,7 +70,7 @@ def test_a_focal_length_that_is_right_is_not_contradicted(tmp_path: Path) -> Non
 
 
 @pytest.mark.full
-def test_a_lens_beyond_k1_does_not_bend_a_block_that_looks_one_way(tmp_path: Path) -> None:
+def test_lens_with_more_than_k1_does_not_bow_a_parallel_block(tmp_path: Path) -> None:
     lens = Intrinsics("RADIAL", 1600, 1200, (1500, 800, 600, 0.03, -0.12))
     made = make(tmp_path / "photos", abreast(10, lens), face(1800, relief=0.3), noise_px=0.2)
     alignment = aligned(made, tmp_path / "work")
@@ -83,7 +83,7 @@ def test_a_lens_beyond_k1_does_not_bend_a_block_that_looks_one_way(tmp_path: Pat
 
 
 @pytest.mark.full
-def test_an_unknown_focal_length_that_nothing_determines_is_that_of_a_usual_lens(
+def test_undetermined_focal_length_defaults_to_a_typical_lens(
     tmp_path: Path,
 ) -> None:
     made = make(tmp_path / "photos", abreast(6), face(relief=0.0), focal_px=None)
@@ -103,7 +103,7 @@ def finding(alignment: Alignment, code: str) -> Finding | None:
 
 
 @pytest.mark.full
-def test_lenses_are_told_apart_where_files_say_nothing(tmp_path: Path) -> None:
+def test_lenses_are_distinguished_without_exif(tmp_path: Path) -> None:
     other = replace(LENS, params=(2300.0, 800.0, 600.0, 0.0))
     views = [replace(v, intrinsics=other) if i % 2 else v for i, v in enumerate(around(10))]
     made = make(tmp_path / "photos", views, face(), focal_px=None)
@@ -117,7 +117,7 @@ def test_lenses_are_told_apart_where_files_say_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_one_lens_is_not_taken_for_several(tmp_path: Path) -> None:
+def test_single_lens_is_not_split_into_several(tmp_path: Path) -> None:
     made = make(tmp_path / "photos", around(8), face(), focal_px=None)
     alignment = aligned(made, tmp_path / "work")
     assert len(alignment.cameras) == 1

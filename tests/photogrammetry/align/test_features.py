@@ -45,7 +45,7 @@ def encoded(pixels: np.ndarray, kind: str = "PNG", **options: object) -> bytes:
     return buffer.getvalue()
 
 
-def test_features_are_those_that_colmap_itself_finds(tmp_path: Path) -> None:
+def test_features_match_those_of_colmap(tmp_path: Path) -> None:
     pycolmap = colmap()
     pixels = rock()
     (tmp_path / "rock.png").write_bytes(encoded(pixels))
@@ -63,7 +63,7 @@ def test_features_are_those_that_colmap_itself_finds(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_places_are_pixels_of_the_photo_as_stored_however_small_it_was_made() -> None:
+def test_keypoints_of_a_downscaled_photo_are_in_original_pixels() -> None:
     pixels = rock(800, 600)
     large = extract_features(ExtractionTask(encoded(pixels)))
     small = extract_features(ExtractionTask(encoded(pixels), options=FeatureOptions(max_size=400)))
@@ -99,7 +99,7 @@ def test_a_mask_hides_features() -> None:
     assert hidden.problem == Finding("alignment.photo-masked")
 
 
-def test_features_carry_the_colour_of_their_place() -> None:
+def test_features_have_the_colour_of_their_position() -> None:
     pixels = rock()
     pixels[:, 200:, 2] = 0
     found = extract_features(ExtractionTask(encoded(pixels)))
@@ -118,14 +118,14 @@ def test_features_carry_the_colour_of_their_place() -> None:
         (encoded(np.zeros((1, 1, 3), np.uint8)), "alignment.photo-without-features"),
     ],
 )
-def test_a_photo_without_use_is_a_sentence_and_no_error(data: bytes, code: str) -> None:
+def test_unusable_photo_returns_a_finding_instead_of_raising(data: bytes, code: str) -> None:
     found = extract_features(ExtractionTask(data))
     assert found.problem is not None
     assert found.problem.code == code
     assert len(found.keypoints) == 0
 
 
-def test_a_photo_without_use_has_the_code_of_the_error_of_its_file() -> None:
+def test_unusable_photo_finding_contains_the_code_of_its_file_error() -> None:
     content = encoded(rock())
     head = b"IHDR" + struct.pack(">II", 100_000, 100_000) + content[24:29]
     vast = content[:12] + head + struct.pack(">I", zlib.crc32(head)) + content[33:]
@@ -135,7 +135,7 @@ def test_a_photo_without_use_has_the_code_of_the_error_of_its_file() -> None:
 
 
 @pytest.mark.parametrize("mode", first_in_default_tier(["L", "RGBA", "I;16", "P", "CMYK"], 2))
-def test_pictures_of_any_kind_are_read(mode: str) -> None:
+def test_pictures_of_every_mode_are_read(mode: str) -> None:
     picture = Image.fromarray(rock()).convert("L")
     if mode == "I;16":
         picture = Image.fromarray(np.asarray(picture).astype(np.uint16) * 257)
@@ -146,7 +146,7 @@ def test_pictures_of_any_kind_are_read(mode: str) -> None:
     assert len(extract_features(ExtractionTask(buffer.getvalue())).keypoints) > 200
 
 
-def test_the_key_tells_photos_masks_and_settings_apart() -> None:
+def test_key_depends_on_photo_mask_and_settings() -> None:
     tasks = [
         ExtractionTask(b"a"),
         ExtractionTask(b"b"),
@@ -157,7 +157,7 @@ def test_the_key_tells_photos_masks_and_settings_apart() -> None:
     assert ExtractionTask(b"a", name="other").key == tasks[0].key
 
 
-def test_features_survive_files_and_processes(tmp_path: Path) -> None:
+def test_features_survive_saving_and_pickling(tmp_path: Path) -> None:
     found = extract_features(ExtractionTask(encoded(rock())))
     found.save(tmp_path / "f.npz")
     for again in (Features.load(tmp_path / "f.npz"), pickle.loads(pickle.dumps(found))):
@@ -169,12 +169,12 @@ def test_features_survive_files_and_processes(tmp_path: Path) -> None:
     assert Features.load(tmp_path / "none.npz") is None
 
 
-def test_memory_grows_with_what_is_searched_not_with_the_photo() -> None:
+def test_memory_depends_on_the_searched_size_and_not_on_the_photo() -> None:
     small = extraction_memory(4000, 3000, FeatureOptions(max_size=1600))
     assert 300e6 < small < 1.5e9
     assert extraction_memory(16000, 12000, FeatureOptions(max_size=1600)) < 1.2 * small
 
 
-def test_grey_of_a_grey_photo_is_itself() -> None:
+def test_grey_of_a_grey_photo_is_unchanged() -> None:
     pixels = rock()
     assert np.array_equal(grey(pixels), pixels[..., 0])

@@ -59,7 +59,7 @@ def test_a_pair_without_a_match_counts_as_compared(made) -> None:
         assert [match_database.is_compared(database, pair) for pair in asked] == [True, True, False]
 
 
-def test_pairs_with_matches_are_copied_whole(made, tmp_path: Path) -> None:
+def test_pairs_with_matches_are_copied_completely(made, tmp_path: Path) -> None:
     path, asked = made
     other = tmp_path / "other.db"
     match_database.open_database(other, *asked, [0, 1, 0])
@@ -75,7 +75,7 @@ def test_pairs_with_matches_are_copied_whole(made, tmp_path: Path) -> None:
         two.close()
 
 
-def test_every_question_leaves_the_locks_of_an_open_database_alone(made, tmp_path: Path) -> None:
+def test_queries_keep_the_locks_of_an_open_database(made, tmp_path: Path) -> None:
     """Python's sqlite3 in the same process does not see that COLMAP has the database open: at its
     end it deletes the shared index, at its start it shortens it under COLMAP (a bus error)."""
     path, asked = made
@@ -93,7 +93,7 @@ def test_every_question_leaves_the_locks_of_an_open_database_alone(made, tmp_pat
         assert match_database.count_compared(database) == 2
 
 
-def test_what_fails_while_the_database_is_open_is_not_blamed_on_it(made) -> None:
+def test_errors_while_the_database_is_open_are_not_blamed_on_it(made) -> None:
     path, _ = made
     failure = RuntimeError("no graphics")
     with pytest.raises(RuntimeError) as error, match_database.open_existing_database(path):
@@ -103,7 +103,7 @@ def test_what_fails_while_the_database_is_open_is_not_blamed_on_it(made) -> None
         raise RuntimeError("no graphics")
 
 
-def test_what_is_no_database_is_named(tmp_path: Path) -> None:
+def test_invalid_database_is_reported_with_its_path(tmp_path: Path) -> None:
     path = tmp_path / "database.db"
     with refused("alignment.no-matches") as raised:
         match_database.pair_counts(path)

@@ -76,7 +76,7 @@ def reconstruct(capsys: pytest.CaptureFixture[str], *words: object) -> dict:
     return answer
 
 
-def test_parts_that_share_photos_give_a_model(tmp_path: Path, capsys) -> None:
+def test_components_that_share_photos_give_a_model(tmp_path: Path, capsys) -> None:
     answer = reconstruct(capsys, photograph(tmp_path / "photos", 18), "-o", tmp_path / "model")
     # The largest part; the others are listed beside it.
     assert answer["registered"] >= 3

@@ -66,14 +66,14 @@ class Told(SilentProgress):
             raise Cancelled()
 
 
-def test_a_small_set_is_compared_with_itself():
+def test_small_set_is_matched_exhaustively():
     chosen = choose_pairs([photo(k) for k in range(60)], [None] * 60)
     assert len(chosen.pairs) == 60 * 59 // 2
     assert chosen.rule == Finding("alignment.matched-all", count=1770)
 
 
 @pytest.mark.full
-def test_photos_that_show_the_same_are_found_by_their_features(walls):
+def test_photos_of_the_same_scene_are_paired_by_their_features(walls):
     chosen = choose_pairs([photo(k) for k in range(70)], walls)
     assert {(k, k + 35) for k in range(35)} <= set(chosen.pairs)
     # Besides them the next three by name, and a few by chance: no wall resembles another.
@@ -83,7 +83,7 @@ def test_photos_that_show_the_same_are_found_by_their_features(walls):
 
 
 @pytest.mark.full
-def test_the_comparison_is_counted_and_can_be_stopped(walls):
+def test_comparison_reports_progress_and_can_be_stopped(walls):
     told = Told()
     choose_pairs([photo(k) for k in range(70)], walls, "auto", told)
     ((_, total),) = told.stages
@@ -97,7 +97,7 @@ def test_the_comparison_is_counted_and_can_be_stopped(walls):
     assert stopped.steps[-1] < 600
 
 
-def test_of_photos_that_all_resemble_each_other_each_has_its_thirty():
+def test_each_of_many_similar_photos_gets_thirty_pairs():
     rng = np.random.default_rng(5)
     wall = sights(100, rng)
     same = [features(np.clip(wall + rng.normal(0, 4, wall.shape), 0, 255), 9.0) for _ in range(70)]
@@ -118,7 +118,7 @@ def test_photos_with_gps_are_compared_with_the_nearest():
     assert max(j - i for i, j in pairs) == 30
 
 
-def test_one_without_gps_among_them_is_compared_with_all():
+def test_photo_without_gps_is_compared_with_all_others():
     degree = 111_320.0
     photos = [photo(k, 7.0, 46.0 + 10.0 * k / degree) for k in range(100)]
     photos[50] = photo(50)
@@ -126,6 +126,6 @@ def test_one_without_gps_among_them_is_compared_with_all():
     assert all((min(k, 50), max(k, 50)) in pairs for k in range(100) if k != 50)
 
 
-def test_frames_are_compared_with_the_next_and_with_later_ones():
+def test_video_frames_are_compared_with_neighbours_and_with_later_frames():
     pairs = set(choose_pairs([photo(k) for k in range(200)], [None] * 200, "sequential").pairs)
     assert {j - i for i, j in pairs} == {*range(1, 11), 20, 40, 80, 160}

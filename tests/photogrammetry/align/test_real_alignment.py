@@ -54,7 +54,7 @@ def test_a_lake_shore_placed_by_gps_agrees_with_an_independent_cloud(
     assert np.median(np.abs(higher - np.median(higher))) < 0.12
 
 
-def test_a_wall_placed_by_its_marks_has_its_cameras_where_they_were(
+def test_cameras_of_a_wall_placed_by_marks_are_at_their_true_positions(
     data_dir: Path, tmp_path: Path
 ) -> None:
     folder = data_dir / "saint_martin"

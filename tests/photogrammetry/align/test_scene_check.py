@@ -73,7 +73,7 @@ def grave(report) -> set[str]:
     return {f.code for f in report.findings if f.severity != "info"}
 
 
-def test_a_good_alignment_is_left_in_peace() -> None:
+def test_good_alignment_has_no_serious_findings() -> None:
     report = check_scene(scene(good_views()))
     assert grave(report) == set()
     assert report.assessment[0].code == "survey.sound"
@@ -82,7 +82,7 @@ def test_a_good_alignment_is_left_in_peace() -> None:
     assert report.smallest_plane_m == pytest.approx(10, rel=0.03)
 
 
-def test_a_registration_that_is_off_by_seven_degrees_is_no_sound_model() -> None:
+def test_registration_with_seven_degrees_error_is_not_rated_sound() -> None:
     report = check_scene(scene(good_views()), planes=PlaneSizes(0.02, 0.005, 7.0))
     assert grave(report) == {"rotation"}
     verdict = by_code(report.assessment)
@@ -92,7 +92,7 @@ def test_a_registration_that_is_off_by_seven_degrees_is_no_sound_model() -> None
     assert report.next_time[0] == ADVICE["rotation"]
 
 
-def test_what_can_be_told_of_planes_rests_on_the_model_not_on_the_pixels() -> None:
+def test_smallest_measurable_plane_depends_on_model_resolution_not_pixel_size() -> None:
     """8 m over 800 px are 1 cm, but the model resolves 30 mm."""
     report = check_scene(scene(good_views()), planes=PlaneSizes(0.03, 0.005))
     assert report.gsd_m == pytest.approx(0.01, rel=0.03)
@@ -104,7 +104,7 @@ def test_what_can_be_told_of_planes_rests_on_the_model_not_on_the_pixels() -> No
     assert grave(report) == set()
 
 
-def test_figures_are_those_of_the_cameras() -> None:
+def test_figures_match_the_cameras() -> None:
     views = [
         view("a", (0, 4, 8), (0, 4, 0)),
         view("b", (2, 4, 8), (2, 4, 0)),
@@ -128,7 +128,7 @@ def test_figures_are_those_of_the_cameras() -> None:
 
 
 @pytest.mark.parametrize("scaled", [True, False])
-def test_a_local_frame_has_no_metres(scaled: bool) -> None:
+def test_local_frame_reports_no_metres(scaled: bool) -> None:
     report = check_scene(scene(good_views(), scaled=scaled))
     (*_, expected) = report.assessment
     assert expected.values["textbook_size"].endswith("units") == (not scaled)
@@ -145,19 +145,19 @@ def test_a_local_frame_has_no_metres(scaled: bool) -> None:
     assert (told["gsd_m"] or told.get("gsd")) == (other["gsd_m"] or other.get("gsd"))
 
 
-def test_parallel_views_in_a_line_are_doming_and_collinear() -> None:
+def test_parallel_views_in_a_line_are_reported_as_doming_and_collinear() -> None:
     views = [view(f"v{i}", (x, 3, 8), (x, 3, 0)) for i, x in enumerate(np.arange(-6, 6.1, 1.5))]
     assert {"one-direction", "collinear"} <= grave(check_scene(scene(views)))
 
 
-def test_turns_on_the_spot_and_zooms_are_named() -> None:
+def test_photos_turned_or_zoomed_at_one_position_are_reported() -> None:
     extra = [view("turn", (0, 2.5, 8), (3, 2.5, 0)), view("zoom", (0, 2.5, 8), (0, 2.5, 0), 1400.0)]
     report = check_scene(scene([*good_views(), *extra]))
     (found,) = [f for f in report.findings if f.code == "same-position"]
     assert set(found.values["photos"]) == {"p04", "turn", "zoom"}
 
 
-def test_what_was_not_placed_and_fell_apart_is_said() -> None:
+def test_unregistered_photos_and_separate_components_are_reported() -> None:
     views = good_views()
     report = check_scene(
         scene(views[:12]), unregistered_names=["x.jpg"], other_parts=[scene(views[13:16])]
@@ -182,7 +182,7 @@ def test_pixel_sizes_low_overlap_few_views_and_errors_are_measured() -> None:
     assert by_code["gsd-spread"].values["photos"] == ("far",)
 
 
-def test_a_scene_of_nothing_is_an_answer() -> None:
+def test_empty_scene_is_assessed_without_errors() -> None:
     empty = SparseScene(
         (),
         np.empty((0, 3)),

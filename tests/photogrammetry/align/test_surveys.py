@@ -29,7 +29,7 @@ from vomstudio.photogrammetry.align.alignment import AlignmentOptions, align
         ("turned", 1.0),
     ],
 )
-def test_cameras_of_a_survey_are_found_to_a_pixel_on_the_rock(
+def test_cameras_of_a_survey_are_recovered_within_a_pixel_on_the_rock(
     tmp_path: Path, name: str, pixels: float
 ) -> None:
     survey = SURVEYS[name]()

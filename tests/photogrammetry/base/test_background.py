@@ -46,7 +46,7 @@ def test_a_building_behind_the_rock_is_background(times: int) -> None:
     np.testing.assert_array_equal(extent.is_rock, is_rock)
 
 
-def test_rock_without_anything_behind_it_is_left_whole() -> None:
+def test_rock_without_background_is_kept_whole() -> None:
     scene = tie_points(rock(), ring_of_views())
     extent = find_rock(scene)
     assert not extent.has_background
@@ -78,7 +78,7 @@ def test_rock_at_several_distances_is_not_background(face: Face, views: list[Vie
     assert find_rock(tie_points(face, views, count=8000)).is_rock.all()
 
 
-def test_a_photo_that_looks_past_the_rock_does_not_keep_the_building() -> None:
+def test_photo_past_the_rock_does_not_keep_the_building() -> None:
     past = [looking(f"p{i}.jpg", LENS, (6 + i, -8, 1), (25 + i, 56, 8)) for i in range(2)]
     scene = tie_points(joined(rock(), behind(56.0)), [*ring_of_views(), *past], count=8000)
     is_rock = of_rock(scene)
@@ -96,7 +96,7 @@ def test_dense_points_follow_the_tie_points_and_are_never_far_from_them() -> Non
     assert not extent.contains(scene, np.array([[0.0, 40.0, 30.0], [0.0, -200.0, 0.0]])).any()
 
 
-def test_the_proposed_region_holds_the_rock_and_nothing_behind_it() -> None:
+def test_proposed_region_contains_the_rock_and_no_background() -> None:
     scene = tie_points(joined(rock(), behind(56.0)), ring_of_views(), count=8000)
     box = Region.of(propose_region(scene, find_rock(scene)))
     assert box is not None

@@ -14,7 +14,7 @@ from vomstudio.photogrammetry.base.checkpoints import (
 )
 
 
-def test_a_stage_has_its_name_only_once_it_is_whole(tmp_path):
+def test_stage_is_done_only_after_it_is_finished(tmp_path):
     stage = Checkpoints(tmp_path).stage("depths", "inputs", 1)
     (stage.folder / "a.npz").write_bytes(b"half of the photos")
     assert not stage.is_done
@@ -25,13 +25,13 @@ def test_a_stage_has_its_name_only_once_it_is_whole(tmp_path):
     assert Checkpoints(tmp_path).stage("depths", "inputs", 1).facts["photos"] == 2
 
 
-def test_other_inputs_are_another_stage(tmp_path):
+def test_different_inputs_make_a_separate_stage(tmp_path):
     Checkpoints(tmp_path).stage("depths", "inputs", 1).finish()
     assert not Checkpoints(tmp_path).stage("depths", "inputs", 2).is_done
     assert not Checkpoints(tmp_path).stage("depths", "others", 1).is_done
 
 
-def test_the_time_of_an_unfinished_run_counts(tmp_path):
+def test_time_of_an_unfinished_run_is_included(tmp_path):
     first = Checkpoints(tmp_path).stage("depths")
     first._start_time -= 10
     first.pause()
@@ -41,7 +41,7 @@ def test_the_time_of_an_unfinished_run_counts(tmp_path):
     assert Checkpoints(tmp_path).stage("depths").seconds == pytest.approx(15, abs=0.5)
 
 
-def test_stages_of_other_settings_are_swept_away(tmp_path):
+def test_stages_of_other_settings_are_removed(tmp_path):
     Checkpoints(tmp_path).stage("depths", 1).finish()
     now = Checkpoints(tmp_path)
     now.stage("depths", 2).finish()
@@ -49,7 +49,7 @@ def test_stages_of_other_settings_are_swept_away(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == [f"depths-{make_key('depths', 2)}"]
 
 
-def test_halves_of_files_and_of_stages_that_a_killed_run_left_are_removed(tmp_path):
+def test_partial_files_and_stages_of_a_killed_run_are_removed(tmp_path):
     old = Checkpoints(tmp_path).stage("depths", "other settings")
     stage = Checkpoints(tmp_path).stage("depths")
     (stage.folder / ".a.npz.part").write_bytes(b"half")
@@ -64,7 +64,7 @@ def test_halves_of_files_and_of_stages_that_a_killed_run_left_are_removed(tmp_pa
     assert now.size() == sum(p.stat().st_size for p in tmp_path.glob("*/*"))
 
 
-def test_a_file_that_cannot_be_written_whole_is_not_there(tmp_path):
+def test_file_that_cannot_be_written_completely_is_removed(tmp_path):
     def full(path):
         path.write_bytes(b"half")
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -74,7 +74,7 @@ def test_a_file_that_cannot_be_written_whole_is_not_there(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_photos_of_the_same_name_in_two_folders_have_files_of_their_own():
+def test_photos_with_the_same_name_in_two_folders_get_different_files():
     assert file_name("a/1.jpg") != file_name("b/1.jpg")
     assert file_name("a/1.jpg") == file_name("a/1.jpg")
     assert "/" not in file_name("ä b/../ü?.jpg")

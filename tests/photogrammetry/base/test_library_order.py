@@ -63,7 +63,7 @@ assert (pixels.width, pixels.height) == (8, 6)
         ]
     ),
 )
-def test_pictures_survive_beside_colmap(parts: tuple[str, ...]) -> None:
+def test_pictures_can_be_read_together_with_colmap(parts: tuple[str, ...]) -> None:
     ran = subprocess.run(
         [sys.executable, "-c", "\n".join((*parts, "print('all there')"))],
         capture_output=True,
@@ -74,7 +74,7 @@ def test_pictures_survive_beside_colmap(parts: tuple[str, ...]) -> None:
     assert ran.stdout.strip() == "all there"
 
 
-def test_no_more_is_imported_than_the_order_needs() -> None:
+def test_import_order_loads_no_heavy_libraries() -> None:
     heavy = {"pycolmap", "pyceres", "cv2", "open3d", "rasterio", "scipy", "numba", "vtkmodules"}
     code = f"import sys\n{OURS}\nprint(*sorted({{m.split('.')[0] for m in sys.modules}}))"
     ran = subprocess.run(

@@ -23,7 +23,7 @@ def free(monkeypatch):
     return of
 
 
-def test_only_as_many_photos_are_worked_on_at_once_as_the_memory_holds(free):
+def test_number_of_parallel_photos_is_limited_by_memory(free):
     free(4)
     running, most = 0, 0
     lock = threading.Lock()
@@ -42,19 +42,19 @@ def test_only_as_many_photos_are_worked_on_at_once_as_the_memory_holds(free):
     assert most == 2
 
 
-def test_one_photo_is_always_worked_on(free):
+def test_at_least_one_photo_is_processed(free):
     free(0.1)
     assert memory.worker_count(GB, 8) == 1
     free(1000)
     assert memory.worker_count(GB, 8) == 8
 
 
-def test_depths_of_photos_that_fit_are_sought_at_the_wanted_size(free):
+def test_fitting_photos_are_processed_at_the_requested_size(free):
     free(16)
     assert memory_limits.fitting_size(3200, [(6000, 4000)] * 12) == 3200
 
 
-def test_with_little_memory_or_very_many_photos_depths_are_sought_in_smaller_photos(free):
+def test_little_memory_or_many_photos_reduce_the_photo_size(free):
     free(3)
     small = memory_limits.fitting_size(3200, [(6000, 4000)] * 12)
     assert small < 3200
@@ -65,20 +65,20 @@ def test_with_little_memory_or_very_many_photos_depths_are_sought_in_smaller_pho
     assert memory_limits.fitting_size(3200, [(6000, 4000)] * 1000) < 1600
 
 
-def test_a_surface_of_little_memory_has_fewer_points(free):
+def test_little_memory_reduces_the_points_of_the_surface(free):
     free(2)
     assert meshing.max_points_in_memory() * meshing._BYTES_PER_POINT <= 0.7 * 2 * GB
     free(100)
     assert meshing.max_points_in_memory() == meshing.MeshingOptions.max_points
 
 
-def test_a_photo_of_100_megapixels_takes_as_much_as_was_measured_to_be_straightened():
+def test_undistorting_100_megapixels_takes_the_measured_memory():
     """`tests/benchmarks/bench_memory`: 648 MB to 3200 pixels, 2110 MB to its own size."""
     assert 648e6 < undistortion.peak_memory_bytes(12000, 9000, 3200) < 1300e6
     assert 2110e6 < undistortion.peak_memory_bytes(12000, 9000, None) < 4200e6
 
 
-def test_the_peak_of_a_run_that_was_stopped_counts(tmp_path, monkeypatch):
+def test_memory_peak_of_a_stopped_run_is_included(tmp_path, monkeypatch):
     monkeypatch.setattr(checkpoints, "peak_bytes", lambda: 5 * GB)
     Checkpoints(tmp_path).stage("straight").finish()
     Checkpoints(tmp_path).stage("depths").pause()

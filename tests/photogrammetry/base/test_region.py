@@ -53,7 +53,7 @@ def box(low: float, high: float) -> Region:
     return found
 
 
-def test_only_photos_that_see_it_get_depth_maps() -> None:
+def test_only_photos_that_see_the_region_get_depth_maps() -> None:
     wall = scene()
     part = select_pairs(wall).select_views(box(0, 6).select_region_views(wall))
     assert {plan.view for plan in part.plans} == {0, 1}
@@ -65,7 +65,7 @@ def test_points_are_chosen_in_the_frame_of_the_model() -> None:
     assert box(0, 6).contains(points, ORIGIN).tolist() == [True, False, False]
 
 
-def test_a_region_beside_the_rock_is_refused_with_where_the_rock_is() -> None:
+def test_region_beside_the_rock_is_rejected() -> None:
     with refused("region.few-points", GeometryError):
         box(500, 600).select_region_views(scene())
     wall = scene()
@@ -76,7 +76,7 @@ def test_a_region_beside_the_rock_is_refused_with_where_the_rock_is() -> None:
 @pytest.mark.parametrize(
     "numbers", [(0, 0, 0, 1, 1), (0, 0, 0, 1, 1, 0), (0, 0, 0, 1, 1, float("nan")), (1,) * 6]
 )
-def test_what_is_no_box_is_refused(numbers: tuple[float, ...]) -> None:
+def test_invalid_region_is_rejected(numbers: tuple[float, ...]) -> None:
     with pytest.raises(UsageError, match="region"):
         PipelineSettings(region=numbers)
 

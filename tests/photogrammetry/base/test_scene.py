@@ -26,7 +26,7 @@ def scene():
     )
 
 
-def test_a_scene_comes_back_as_it_was_saved(tmp_path):
+def test_scene_is_unchanged_after_saving_and_loading(tmp_path):
     before = scene()
     before.save(tmp_path)
     after = SparseScene.load(tmp_path)
@@ -39,14 +39,14 @@ def test_a_scene_comes_back_as_it_was_saved(tmp_path):
     assert after.notes == before.notes
 
 
-def test_tracks_are_found_from_both_sides():
+def test_tracks_are_indexed_by_point_and_by_view():
     one = scene()
     np.testing.assert_array_equal(one.track_lengths, [2, 1])
     np.testing.assert_array_equal(one.observed_points(1), [0, 1])
     np.testing.assert_array_equal(one.observed_points(0), [0])
 
 
-def test_a_damaged_scene_is_refused_with_what_to_do(tmp_path):
+def test_damaged_scene_is_rejected(tmp_path):
     with refused("alignment.damaged"):
         SparseScene.load(tmp_path)
     scene().save(tmp_path)

@@ -83,7 +83,7 @@ def front():
 
 
 @pytest.mark.parametrize("method", first_in_default_tier(["sgbm", "patchmatch"]))
-def test_a_plane_at_right_angles_has_its_depth(front, method):
+def test_frontal_plane_has_its_depth(front, method):
     photos, scene = front
     plan = select_pairs(scene, method=method).plans[1]
     made = depth_map(make_task(plan, photos.__getitem__))
@@ -121,7 +121,7 @@ def test_an_oblique_plane_has_its_normal_and_its_depths(method):
 
 @pytest.mark.full
 @pytest.mark.parametrize("method", first_in_default_tier(["sgbm", "patchmatch"], 1))
-def test_ten_times_the_scene_is_ten_times_the_depth(front, method):
+def test_scaling_the_scene_by_ten_scales_the_depths_by_ten(front, method):
     photos, scene = front
     larger = [
         UndistortedPhoto(p.photo, p.mask, p.view.moved(10.0, np.eye(3), np.zeros(3)))
@@ -150,7 +150,7 @@ def test_ten_times_the_scene_is_ten_times_the_depth(front, method):
     ],
     ids=["straight", "bent"],
 )
-def test_a_face_seen_in_parallel_is_met(rock, lens):
+def test_rock_face_in_parallel_photos_is_reconstructed(rock, lens):
     views = parallel(lens)
     photos = taken(rock, views)
     scene = tie_points(rock, views, 1500)
@@ -165,7 +165,7 @@ def test_a_face_seen_in_parallel_is_met(rock, lens):
 
 @pytest.mark.full
 @pytest.mark.parametrize(("chosen", "found"), [(None, "sgbm"), ("patchmatch", "patchmatch")])
-def test_a_face_seen_from_all_sides_is_met(rock, chosen, found):
+def test_rock_face_in_convergent_photos_is_reconstructed(rock, chosen, found):
     views = around([-48, -24, 0, 24, 48])
     photos = taken(rock, views)
     scene = tie_points(rock, views, 1500)
@@ -179,7 +179,7 @@ def test_a_face_seen_from_all_sides_is_met(rock, chosen, found):
 
 
 @pytest.mark.full
-def test_what_is_masked_has_no_depth_and_gives_none(rock):
+def test_masked_pixels_neither_get_nor_contribute_depths(rock):
     views = parallel()[:3]
     mask = np.full((390, 520), 255, np.uint8)
     mask[:, :260] = 0
@@ -203,7 +203,7 @@ def test_what_is_masked_has_no_depth_and_gives_none(rock):
 
 
 @pytest.mark.full
-def test_the_threads_change_nothing_and_the_seed_fixes_all(front):
+def test_threads_do_not_change_the_result_and_the_seed_fixes_it(front):
     photos, scene = front
     task = make_task(select_pairs(scene, method="patchmatch", count=2).plans[0], photos.__getitem__)
     one = depth_map(task)
@@ -212,7 +212,7 @@ def test_the_threads_change_nothing_and_the_seed_fixes_all(front):
     np.testing.assert_array_equal(one.confidence, two.confidence)
 
 
-def test_a_photo_that_is_all_masked_has_an_empty_map(front):
+def test_completely_masked_photo_has_an_empty_map(front):
     photos, scene = front
     black = cv2.imencode(".png", np.zeros((390, 520), np.uint8))[1].tobytes()
     task = make_task(select_pairs(scene).plans[0], photos.__getitem__)
@@ -221,7 +221,7 @@ def test_a_photo_that_is_all_masked_has_an_empty_map(front):
     assert not made.normals.any()
 
 
-def test_nonsense_is_refused_in_words(front):
+def test_invalid_depth_tasks_are_rejected(front):
     photos, scene = front
     task = make_task(select_pairs(scene).plans[0], photos.__getitem__)
     with refused("dense.no-sources", GeometryError):
@@ -238,7 +238,7 @@ def test_nonsense_is_refused_in_words(front):
     assert isinstance(task, DepthTask)
 
 
-def test_a_map_comes_back_from_its_file_and_half_a_file_is_refused(front, tmp_path):
+def test_depth_map_is_read_from_its_file_and_a_partial_file_is_rejected(front, tmp_path):
     photos, scene = front
     made = depth_map(make_task(select_pairs(scene).plans[0], photos.__getitem__))
     made.save(tmp_path / "map.npz")

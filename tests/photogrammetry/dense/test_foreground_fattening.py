@@ -14,14 +14,14 @@ def skyline(sky=210.0, rock=90.0, noise=1.5):
     return np.clip(photo, 0, 255).astype(np.uint8), np.ones(photo.shape, bool), has
 
 
-def test_what_laps_over_the_skyline_is_found_and_the_rock_is_left():
+def test_fringe_over_the_skyline_is_detected_and_rock_is_kept():
     fringe = find_sky_fringe(*skyline())
     assert fringe[50:58].mean() > 0.98
     assert fringe[62:].mean() < 0.002
     assert not fringe[:50].any()
 
 
-def test_a_noisy_photo_has_a_sky_too():
+def test_sky_is_detected_in_a_noisy_photo():
     fringe = find_sky_fringe(*skyline(noise=2.4))
     assert fringe[50:57].mean() > 0.9
     assert fringe[62:].mean() < 0.005
@@ -38,14 +38,14 @@ def test_rock_in_deep_shade_keeps_its_depths():
     assert not find_sky_fringe(photo, valid, has).any()
 
 
-def test_bare_ground_beside_what_a_mask_hides_keeps_its_depths():
+def test_bare_ground_beside_a_masked_area_keeps_its_depths():
     photo, valid, has = skyline()
     photo[60:80] = 210
     valid[:50] = False
     assert not find_sky_fringe(photo, valid, has).any()
 
 
-def test_small_holes_in_plaster_are_no_sky():
+def test_small_holes_in_plaster_are_not_sky():
     photo, valid, has = skyline()
     photo[60:] = 200
     has[:] = True

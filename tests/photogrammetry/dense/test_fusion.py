@@ -40,7 +40,7 @@ def names(maps):
     return [one.name for one in maps]
 
 
-def test_points_lie_on_the_plane_with_its_normal_once_each():
+def test_each_point_is_fused_once_on_the_plane_with_its_normal():
     maps = [exact(view) for view in some_views()]
     cloud = fuse_depth_maps(names(maps), maps, None)
     # Half a pixel wrong in one of the maps would be 3 mm off along this slope.
@@ -58,7 +58,7 @@ def test_points_lie_on_the_plane_with_its_normal_once_each():
     assert (cloud.fields["confidence"] <= 1.0).all()
 
 
-def test_the_place_is_the_mean_weighted_by_confidence():
+def test_fused_position_is_the_mean_weighted_by_confidence():
     maps = [exact(view) for view in some_views(2)]
     moved = maps[1].depth - np.float32(0.01)
     maps[1] = DepthMap(maps[1].name, maps[1].view, moved, maps[1].normals, maps[1].confidence)
@@ -67,7 +67,7 @@ def test_the_place_is_the_mean_weighted_by_confidence():
     assert 0.3 * 0.01 < np.median(off) < 0.7 * 0.01
 
 
-def test_one_maps_invention_is_dropped_where_the_others_see_through():
+def test_depths_of_one_map_are_dropped_if_the_others_see_through_them():
     maps = [exact(view) for view in some_views()]
     depth = maps[0].depth.copy()
     depth[40:80, 60:100] *= np.float32(0.7)
@@ -76,7 +76,7 @@ def test_one_maps_invention_is_dropped_where_the_others_see_through():
     np.testing.assert_allclose(cloud.points @ NORMAL, 0.0, atol=2e-5)
 
 
-def test_the_finest_photo_of_a_place_gives_its_points():
+def test_finest_photo_of_an_area_determines_its_points():
     coarse = [exact(view) for view in some_views(2)]
     fine = exact(some_views(1, focal=600.0)[0])
     fine = DepthMap("fine", fine.view, fine.depth, fine.normals, fine.confidence)
@@ -98,7 +98,7 @@ def test_the_order_of_the_photos_does_not_move_the_surface():
         assert np.mean(away < 1.5 * 4 / 200) > 0.99
 
 
-def test_maps_in_files_and_a_small_cache_give_the_same(tmp_path):
+def test_stored_maps_and_a_small_cache_give_the_same_cloud(tmp_path):
     maps = [exact(view) for view in some_views()]
     stored = PhotoResults(tmp_path, names(maps), lambda path, one: one.save(path), DepthMap.load)
     for row, one in enumerate(maps):
@@ -110,7 +110,7 @@ def test_maps_in_files_and_a_small_cache_give_the_same(tmp_path):
     np.testing.assert_allclose(b.points @ NORMAL, 0.0, atol=1e-4)
 
 
-def test_one_map_alone_or_maps_that_disagree_give_no_cloud():
+def test_single_or_contradicting_maps_give_no_cloud():
     views = some_views(2)
     with refused("dense.no-agreement", GeometryError):
         fuse_depth_maps(["0"], [exact(views[0])], None)

@@ -37,14 +37,14 @@ def row_of(count, apart=1.0, distance=5.0):
     return [look(f"{i}.jpg", LENS, c, c - [0.0, 0.0, 1.0]) for i, c in enumerate(centres)]
 
 
-def test_neighbours_in_a_row_come_first_and_on_both_sides():
+def test_neighbours_in_a_row_are_selected_first_on_both_sides():
     pairs = select_pairs(scene_of(row_of(5), wall()), count=2)
     assert {source.view for source in pairs.plans[2].sources} == {1, 3}
     assert all(source.method == "sgbm" for source in pairs.plans[2].sources)
     assert pairs.left_out == ()
 
 
-def test_photos_that_converge_are_not_rectified():
+def test_convergent_photos_are_not_rectified():
     turned = [
         look(f"{a}.jpg", LENS, 5 * np.array([np.sin(t), 0.0, np.cos(t)]), np.zeros(3))
         for a, t in ((a, np.radians(a)) for a in (0, 10, 60))
@@ -55,21 +55,21 @@ def test_photos_that_converge_are_not_rectified():
     assert by_view[2].convergence_deg == pytest.approx(60.0)
 
 
-def test_one_photo_before_the_other_is_not_rectified():
+def test_photos_one_behind_the_other_are_not_rectified():
     centres = np.array([[0.0, 0.0, 5.0], [0.3, 0.0, 4.0]])
     views = [look(f"{i}.jpg", LENS, c, c - [0.0, 0.0, 1.0]) for i, c in enumerate(centres)]
     plan = select_pairs(scene_of(views, wall() * [0.4, 1.0, 1.0])).plans[0]
     assert plan.sources[0].method == "patchmatch"
 
 
-def test_the_depth_range_holds_the_rock_and_not_the_stray_point():
+def test_depth_range_contains_the_rock_and_excludes_outliers():
     points = np.vstack([wall(), [[0.0, 0.0, -400.0]]])
     plan = select_pairs(scene_of(row_of(3), points)).plans[1]
     assert 4.0 < plan.near < 4.7
     assert 5.3 < plan.far < 7.0
 
 
-def test_ten_times_the_scene_is_ten_times_the_depth():
+def test_scaling_the_scene_by_ten_scales_the_depth_range_by_ten():
     scene = scene_of(row_of(3), wall())
     larger = replace(
         scene,
@@ -81,7 +81,7 @@ def test_ten_times_the_scene_is_ten_times_the_depth():
         assert [s.view for s in ten.sources] == [s.view for s in one.sources]
 
 
-def test_a_photo_without_tie_points_is_left_out_with_a_word():
+def test_photo_without_tie_points_is_left_out_and_reported():
     away = look("away.jpg", LENS, [0.0, 0.0, 5.0], [0.0, 0.0, 50.0])
     pairs = select_pairs(scene_of([*row_of(3), away], wall()))
     assert [plan.view for plan in pairs.plans] == [0, 1, 2]
@@ -89,7 +89,7 @@ def test_a_photo_without_tie_points_is_left_out_with_a_word():
     assert (finding.code, finding.values["photo"]) == ("dense.few-tie-points", "away.jpg")
 
 
-def test_a_photo_with_nobody_beside_it_is_left_out_with_a_word():
+def test_photos_without_a_neighbour_are_rejected():
     same = row_of(1) * 2
     with refused("dense.no-photos", GeometryError):
         select_pairs(scene_of(same, wall()))

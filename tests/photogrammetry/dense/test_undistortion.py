@@ -51,7 +51,7 @@ def spot(picture, at, reach=7):
 
 @pytest.mark.parametrize("max_size", first_in_default_tier([None, 240, 331], 6))
 @pytest.mark.parametrize("model", first_in_default_tier(LENSES, 6))
-def test_points_lie_where_the_straight_camera_projects_them(model, max_size):
+def test_points_are_where_the_undistorted_camera_projects_them(model, max_size):
     view = view_of(model)
     points = np.array([[x, y, 1.0] for x in (-0.42, -0.1, 0.37) for y in (-0.3, 0.02, 0.31)])
     sigma = 2.0 * W / (max_size or W)
@@ -66,7 +66,7 @@ def test_points_lie_where_the_straight_camera_projects_them(model, max_size):
         np.testing.assert_allclose(spot(picture, wanted), wanted, atol=0.06)
 
 
-def test_an_orientation_tag_turns_no_pixels():
+def test_orientation_tag_does_not_turn_the_pixels():
     stream = io.BytesIO()
     tags = Image.Exif()
     tags[0x0112] = 6
@@ -78,7 +78,7 @@ def test_an_orientation_tag_turns_no_pixels():
     np.testing.assert_allclose(pixels[H // 2, 20], [200, 100, 30], atol=6)
 
 
-def test_what_the_mask_leaves_out_stays_out_and_nothing_else():
+def test_exactly_the_masked_pixels_are_invalid_after_undistortion():
     mask = np.full((H, W), 255, np.uint8)
     mask[:, 300:] = 0
     task = UndistortTask(png(np.full((H, W, 3), 90, np.uint8)), png(mask), view_of(), 240)
@@ -103,7 +103,7 @@ def test_pixels_beyond_the_photo_are_masked():
 
 
 @pytest.mark.parametrize("bytes_", [b"", b"no picture", b"\xff\xd8\xff\xe0 broken"])
-def test_what_is_no_picture_is_refused_by_name(bytes_):
+def test_invalid_picture_or_mask_is_rejected(bytes_):
     with refused("photo.unreadable"):
         undistort(UndistortTask(bytes_, None, view_of()))
     photo = png(np.zeros((H, W, 3), np.uint8))

@@ -71,7 +71,7 @@ def test_control_points_place_the_model_and_a_check_point_agrees(
     assert report.tilt_error_deg < 0.2
 
 
-def test_the_adjustment_mends_a_bent_scene(
+def test_adjustment_corrects_a_bent_scene(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, _, scene = wall
@@ -99,7 +99,7 @@ def test_the_adjustment_mends_a_bent_scene(
 @pytest.mark.parametrize(
     ("row", "slip"), first_in_default_tier([(2, (0.0, 1.0, 0.0)), (1, (2.0, 0.0, 0.0))])
 )
-def test_a_point_with_a_slip_of_the_pen_is_left_out_and_named_and_its_marks_are_not_blamed(
+def test_mistyped_control_point_is_left_out_and_its_marks_are_not_blamed(
     wall: tuple[list[View], np.ndarray, SparseScene], row: int, slip: tuple[float, float, float]
 ) -> None:
     views, points, scene = wall
@@ -116,7 +116,7 @@ def test_a_point_with_a_slip_of_the_pen_is_left_out_and_named_and_its_marks_are_
     assert np.median(np.abs(placed.points + placed.origin - points - ORIGIN)) < 0.006
 
 
-def test_marks_of_nothing_are_told_and_do_no_harm(
+def test_marks_without_a_point_or_photo_are_reported_and_ignored(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, _, scene = wall
@@ -152,7 +152,7 @@ def surveyed(
 
 
 @pytest.mark.full
-def test_the_stated_turn_and_tilt_are_those_that_errors_of_the_survey_make(
+def test_stated_rotation_error_covers_the_errors_of_the_survey(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     """Marks are exact, the survey errs by 6 cm, of which the residuals of five points know little:
@@ -208,7 +208,7 @@ def centre_error(scene: SparseScene, views: list[View]) -> float:
 
 
 @pytest.mark.full
-def test_good_control_of_some_depth_frees_the_focal_length(
+def test_accurate_control_with_depth_frees_the_focal_length(
     short: tuple[list[View], SparseScene],
 ) -> None:
     views, scene = short
@@ -234,7 +234,7 @@ def test_weak_control_does_not_free_the_focal_length(
     assert finding.values["required_percent"] == pytest.approx(1.5)
 
 
-def test_markers_without_coordinates_take_part(
+def test_markers_without_coordinates_are_used_as_tie_points(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, _, scene = wall
@@ -249,7 +249,7 @@ def test_markers_without_coordinates_take_part(
     assert not with_code(report.warnings, "control.without-coordinates")
 
 
-def test_photos_may_be_named_without_their_folder(
+def test_control_marks_may_name_photos_without_their_folder(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, _, scene = wall
@@ -261,7 +261,7 @@ def test_photos_may_be_named_without_their_folder(
     assert report.control_rms_m is not None
 
 
-def test_too_few_points_and_points_on_a_line_are_refused(
+def test_too_few_or_collinear_points_are_rejected(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, _, scene = wall
@@ -279,7 +279,7 @@ def test_too_few_points_and_points_on_a_line_are_refused(
         place_by_control(scene, line, seen)
 
 
-def test_a_point_is_triangulated_where_it_is() -> None:
+def test_triangulation_recovers_a_point() -> None:
     views = around()
     place = np.array([0.5, 0.2, 2.0])
     pixels = [view.project(place)[0] for view in views]
@@ -290,7 +290,7 @@ def test_a_point_is_triangulated_where_it_is() -> None:
 
 
 # --- marks that scatter -----------------------------------------------------------------------
-def test_marks_that_scatter_register_the_model_with_their_own_error(
+def test_registration_errors_include_the_scatter_of_the_marks(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     """The errors are those of the marks, and the tie points are not bent to them."""
@@ -306,7 +306,7 @@ def test_marks_that_scatter_register_the_model_with_their_own_error(
     assert after < 1.1 * before
 
 
-def test_marks_that_agree_are_as_good_as_marks_set_by_hand(
+def test_consistent_marks_have_the_scatter_of_manual_marks(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, _, scene = wall
@@ -328,7 +328,7 @@ def test_both_commands_find_the_same_scatter_and_errors_of_marks(
     assert sorted(places) == sorted(p.label for p in report.points if p.role != "unseen")
 
 
-def test_marks_that_show_other_points_are_refused(
+def test_marks_of_other_points_are_rejected(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, _, scene = wall
@@ -343,7 +343,7 @@ def test_marks_that_show_other_points_are_refused(
 
 
 @pytest.mark.parametrize("labels", ["ABCDE", "ABDE", "ABD"])
-def test_control_that_leaves_the_rotation_open_is_refused(
+def test_control_that_does_not_determine_the_rotation_is_rejected(
     wall: tuple[list[View], np.ndarray, SparseScene], labels: str
 ) -> None:
     """Two labels are exchanged, and too few others tell which is wrong."""
@@ -371,7 +371,7 @@ def unstated(control: list[ControlPoint], error: np.ndarray) -> list[ControlPoin
     ]
 
 
-def test_control_of_unknown_accuracy_that_misses_by_far_does_not_tear_the_scene_apart(
+def test_inaccurate_control_of_unknown_accuracy_does_not_distort_the_scene(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     """The survey errs by half a metre, of which nothing is stated; a pixel is some millimetres."""
@@ -388,7 +388,7 @@ def test_control_of_unknown_accuracy_that_misses_by_far_does_not_tear_the_scene_
     assert with_code(report.warnings, "registration.weak-scale")
 
 
-def test_a_mark_far_off_is_named_with_its_photo_and_where_it_should_be(
+def test_wrong_mark_is_reported_with_its_photo_and_expected_position(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, points, scene = wall
@@ -406,7 +406,7 @@ def test_a_mark_far_off_is_named_with_its_photo_and_where_it_should_be(
     assert wanted == pytest.approx((right.x, right.y), abs=2.0)
 
 
-def test_of_two_marks_the_place_of_the_point_tells_which_is_wrong(
+def test_wrong_one_of_two_marks_is_identified_by_the_point_position(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, _, scene = wall
@@ -419,7 +419,7 @@ def test_of_two_marks_the_place_of_the_point_tells_which_is_wrong(
     assert (finding.values["label"], finding.values["photo"]) == ("D", wrong.photo)
 
 
-def test_two_labels_at_one_place_of_a_photo_are_told(
+def test_two_labels_at_one_position_of_a_photo_are_reported(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, _, scene = wall
@@ -434,7 +434,7 @@ def test_two_labels_at_one_place_of_a_photo_are_told(
 
 
 @pytest.mark.full
-def test_a_good_block_is_not_bent_to_bad_control_that_is_said_to_be_good(
+def test_bad_control_with_small_stated_errors_does_not_bend_a_good_block(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, points, scene = wall

@@ -37,7 +37,7 @@ def marks(*labels: str, photos: int = 4) -> list[Mark]:
     ]
 
 
-def test_enough_points_are_counted_and_nothing_is_complained_of() -> None:
+def test_enough_points_are_counted_without_warnings() -> None:
     points = [*POINTS, ControlPoint("E", (5.0, 1.0, 2.0), None, True)]
     found = check_control(points, marks(*"ABCDE"), PHOTOS)
     assert found.problem is None
@@ -81,7 +81,7 @@ def test_points_in_one_line_are_refused() -> None:
     assert check_control(points, marks(*"ABC"), PHOTOS).problem == Finding("control.collinear")
 
 
-def test_what_is_weak_is_said() -> None:
+def test_weak_control_is_reported() -> None:
     found = check_control(POINTS, [*marks("A", "B", "C", photos=2), *marks("D", photos=1)], PHOTOS)
     assert found.problem is None
     assert [each for each in found.warnings if each.code != "control.same-spot"] == [
@@ -92,7 +92,7 @@ def test_what_is_weak_is_said() -> None:
     ]
 
 
-def test_the_zone_of_the_gps_is_proposed_where_the_points_lie_in_it() -> None:
+def test_utm_zone_of_the_gps_is_proposed_if_it_contains_the_points() -> None:
     # On the central meridian of zone 33 at 45 degrees: 500 000, 4 982 950 (0.9996 of the meridian
     # arc of 4 984 944 m).
     photos = [replace(p, latitude_deg=45.0, longitude_deg=15.0, altitude_m=9.0) for p in PHOTOS]
@@ -114,7 +114,7 @@ def test_the_zone_of_the_gps_is_proposed_where_the_points_lie_in_it() -> None:
     assert finding.values["distance_km"] == pytest.approx(472.0, abs=8.0)
 
 
-def test_saint_martin_has_six_points_of_which_one_mark_has_no_point(data_dir: Path) -> None:
+def test_saint_martin_has_six_usable_points_and_one_mark_without_a_point(data_dir: Path) -> None:
     folder = data_dir / "saint_martin"
     photos = [Seen(path.name) for path in folder.glob("*.JPG")]
     found = check_control(
@@ -126,7 +126,7 @@ def test_saint_martin_has_six_points_of_which_one_mark_has_no_point(data_dir: Pa
     assert finding.values["labels"] == ("u-of-You",)
 
 
-def test_a_place_outside_the_crs_does_not_stop_the_check() -> None:
+def test_position_outside_the_crs_does_not_stop_the_check() -> None:
     photos = [replace(p, latitude_deg=95.0, longitude_deg=15.0, altitude_m=9.0) for p in PHOTOS]
     try:
         found = check_control(POINTS, marks(*"ABCD"), photos, "EPSG:32633")
@@ -135,7 +135,7 @@ def test_a_place_outside_the_crs_does_not_stop_the_check() -> None:
     assert found.problem is None
 
 
-def test_marks_without_coordinates_are_tie_markers_where_two_photos_have_them() -> None:
+def test_marks_without_coordinates_in_two_photos_are_tie_markers() -> None:
     given = [*marks(*"ABCD"), *marks("T", photos=2), *marks("U", photos=1)]
     warnings = check_control(POINTS, given, PHOTOS).warnings
     (ties,) = with_code(warnings, "control.tie-points")

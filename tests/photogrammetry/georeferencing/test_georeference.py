@@ -82,7 +82,7 @@ def test_good_positions_place_the_scene() -> None:
     assert report.heights == ABOVE_SEA_LEVEL
 
 
-def test_a_crs_can_be_asked_for() -> None:
+def test_crs_can_be_requested() -> None:
     ground = made(flight())
     photos = ground.with_gps(0.0)
     scene, _ = place_by_gps(scene_of(ground.views, ground.points), photos, "EPSG:25832")
@@ -92,7 +92,7 @@ def test_a_crs_can_be_asked_for() -> None:
 
 
 @pytest.mark.full
-def test_noise_is_estimated_and_its_tilt_is_what_happens() -> None:
+def test_noise_is_estimated_and_predicts_the_actual_tilt() -> None:
     ground = made(flight())
     tilts, stated = [], []
     for seed in range(30):
@@ -106,7 +106,7 @@ def test_noise_is_estimated_and_its_tilt_is_what_happens() -> None:
     assert 1.5 < report.sigma_m < 2.6
 
 
-def test_the_covariance_holds_the_stated_turns_and_is_about_the_cameras() -> None:
+def test_covariance_contains_the_stated_rotations_and_is_centred_on_the_cameras() -> None:
     ground = made(flight(), level())
     _, report = place_by_gps(scene_of(ground.views, ground.points), ground.with_gps(2.0, seed=1))
     turns = np.degrees(np.sqrt(np.diag(report.covariance)[:3]))
@@ -117,7 +117,7 @@ def test_the_covariance_holds_the_stated_turns_and_is_about_the_cameras() -> Non
     assert report.bowing.side_error95_deg > 1.0
 
 
-def test_a_block_that_is_bowed_says_so_in_degrees() -> None:
+def test_bowing_of_a_block_is_reported_in_degrees() -> None:
     """Cameras that stand 2 mm m^-2 too low at the edges: 2 c r is 8 degrees at 36 m."""
     ground = made(flight(), level())
     photos = []
@@ -134,7 +134,7 @@ def test_a_block_that_is_bowed_says_so_in_degrees() -> None:
     assert with_code(report.warnings, "registration.bowed")
 
 
-def test_a_small_face_with_phone_gps_is_told_to_be_tilted_by_many_degrees() -> None:
+def test_small_face_with_phone_gps_reports_a_tilt_error_of_many_degrees() -> None:
     views = [
         looking((x, -20.0 - 6 * (i % 2), 1.6), (x / 2, 0, 2), LENS, f"{i}.jpg")
         for i, x in enumerate(np.linspace(-15, 15, 12))
@@ -145,7 +145,7 @@ def test_a_small_face_with_phone_gps_is_told_to_be_tilted_by_many_degrees() -> N
     assert with_code(report.warnings, "registration.weak-rotation")
 
 
-def test_a_position_far_off_is_left_out_and_named() -> None:
+def test_gps_outlier_is_left_out_and_reported() -> None:
     ground = made(flight())
     photos = ground.with_gps(0.5)
     photos[4] = replace(photos[4], latitude_deg=photos[4].latitude_deg + 0.01)
@@ -156,7 +156,7 @@ def test_a_position_far_off_is_left_out_and_named() -> None:
     assert np.abs(scene.points + scene.origin - ground.points - ORIGIN).max() < 2
 
 
-def test_positions_that_place_nothing_are_refused_with_the_reason() -> None:
+def test_insufficient_gps_positions_are_rejected_with_the_reason() -> None:
     ground = made(flight())
     scene = scene_of(ground.views, ground.points)
     photos = ground.with_gps(0.0)
@@ -191,14 +191,14 @@ def test_cameras_on_a_line_are_refused() -> None:
         place_by_gps(scene_of(wall.views, wall.points), wall.with_gps(3.0))
 
 
-def test_heights_above_the_ellipsoid_are_called_so() -> None:
+def test_ellipsoidal_heights_are_reported_as_ellipsoidal() -> None:
     ground = made(flight())
     photos = [replace(p, altitude_reference="ellipsoid") for p in ground.with_gps(0.1)]
     _, report = place_by_gps(scene_of(ground.views, ground.points), photos)
     assert report.heights == ABOVE_ELLIPSOID
 
 
-def test_the_southern_hemisphere_has_zones_of_its_own() -> None:
+def test_southern_hemisphere_uses_its_own_utm_zones() -> None:
     ground = made(flight())
     photos = [replace(p, latitude_deg=-p.latitude_deg) for p in ground.with_gps(0.1)]
     from vomstudio.photogrammetry.georeferencing.georeference import select_crs

@@ -99,7 +99,7 @@ def flight() -> Flight:
     return Flight((40.0, 50.0))
 
 
-def test_positions_of_centimetres_find_the_focal_length_of_a_nadir_block(flight: Flight) -> None:
+def test_centimetre_positions_determine_the_focal_length_of_a_nadir_block(flight: Flight) -> None:
     scene, report = flight.placed(0.02, 0.03)
     assert report.adjusted
     assert scene.views[0].intrinsics.focal[0] == pytest.approx(1500, rel=0.004)
@@ -111,7 +111,7 @@ def test_positions_of_centimetres_find_the_focal_length_of_a_nadir_block(flight:
     assert report.rms_m < 0.06
 
 
-def test_positions_of_metres_leave_the_shape_as_the_photos_know_it(flight: Flight) -> None:
+def test_metre_positions_leave_the_shape_unchanged(flight: Flight) -> None:
     scene, report = flight.placed(3.0, None)
     assert not report.adjusted
     assert report.decisions[0].code == "gps.not-useful"
@@ -120,14 +120,14 @@ def test_positions_of_metres_leave_the_shape_as_the_photos_know_it(flight: Fligh
     assert scene.views[0].intrinsics == flight.scene.views[0].intrinsics
 
 
-def test_positions_that_state_too_much_are_believed_less(flight: Flight) -> None:
+def test_positions_with_too_small_stated_errors_are_downweighted(flight: Flight) -> None:
     scene, _ = flight.placed(3.0, 0.03)
     assert flight.shape(scene) < 1.05 * flight.shape(flight.scene)
     assert np.mean(scene.errors_px) < 1.02 * np.mean(flight.scene.errors_px)
     assert scene.views[0].intrinsics == flight.scene.views[0].intrinsics
 
 
-def test_a_position_far_off_is_not_followed(flight: Flight) -> None:
+def test_gps_outlier_does_not_move_the_scene(flight: Flight) -> None:
     photos = flight.made.with_gps(0.02, stated=0.03)
     photos[7] = replace(photos[7], altitude_m=photos[7].altitude_m + 50.0)
     scene, report = place_by_gps(flight.scene, photos, threads=1)
@@ -138,7 +138,7 @@ def test_a_position_far_off_is_not_followed(flight: Flight) -> None:
     assert abs(np.median(flight.heights(scene))) < 0.1
 
 
-def test_decimetres_from_one_flying_height_do_not_free_the_focal_length() -> None:
+def test_decimetre_positions_at_one_height_do_not_free_the_focal_length() -> None:
     level = Flight((45.0,))
     scene, report = level.placed(0.1, 0.15)
     assert scene.views[0].intrinsics.focal[0] == 1575.0
@@ -146,7 +146,7 @@ def test_decimetres_from_one_flying_height_do_not_free_the_focal_length() -> Non
     assert finding.values["focal_px"] == 1575.0
 
 
-def test_the_bowing_of_a_lens_that_bends_otherwise_than_its_model_is_cured() -> None:
+def test_bowing_from_an_incomplete_lens_model_is_corrected() -> None:
     bent = Intrinsics("RADIAL", 1600, 1200, (1500.0, 800.0, 600.0, -0.05, 0.03))
     flat = Flight((45.0,), bent, 1500.0)
 
@@ -163,7 +163,7 @@ def test_the_bowing_of_a_lens_that_bends_otherwise_than_its_model_is_cured() -> 
     assert flat.shape(tied) < 0.25 * flat.shape(free)
 
 
-def test_the_same_positions_give_the_same_bits(flight: Flight) -> None:
+def test_same_positions_give_identical_results(flight: Flight) -> None:
     one, _ = flight.placed(0.02, 0.03)
     two, _ = flight.placed(0.02, 0.03)
     assert np.array_equal(one.points, two.points)

@@ -83,7 +83,7 @@ def joined(wall: Wall) -> tuple[SparseScene, JoinReport]:
     return parts[0], report
 
 
-def test_markers_bring_the_parts_to_where_they_are(
+def test_markers_join_the_components_at_their_true_positions(
     wall: Wall, joined: tuple[SparseScene, JoinReport]
 ) -> None:
     scene, report = joined
@@ -104,7 +104,7 @@ def test_markers_bring_the_parts_to_where_they_are(
     assert not junction.warnings
 
 
-def test_every_observation_stays_with_its_photo_and_its_point(
+def test_every_observation_keeps_its_photo_and_point(
     wall: Wall, joined: tuple[SparseScene, JoinReport]
 ) -> None:
     scene, _ = joined
@@ -118,7 +118,7 @@ def test_every_observation_stays_with_its_photo_and_its_point(
             assert before == after
 
 
-def test_rays_of_the_markers_meet_better_than_after_the_similarity_alone(wall: Wall) -> None:
+def test_marker_rays_meet_more_closely_than_after_the_similarity_alone(wall: Wall) -> None:
     few = [mark for mark in wall.marks if mark.label in ("P1", "P2", "P4")]
     parts, report = join_components(wall.parts, few, threads=1)
     assert with_code(report.joined[0].warnings, "control.no-redundancy")
@@ -143,7 +143,7 @@ def placed(scene: SparseScene, marks: list[Mark]) -> dict[str, np.ndarray]:
     return {label: s.place(scene) for label, s in marks_by_point(scene, marks)[0].items()}
 
 
-def test_a_wrong_mark_is_left_out_and_named() -> None:
+def test_wrong_mark_is_left_out_and_reported() -> None:
     wall = Wall()
     more = {"P6": (2.0, 0.3, 3.0), "P7": (-2.0, -0.2, 1.0)}
     marks = wall.marks + [
@@ -162,7 +162,7 @@ def test_a_wrong_mark_is_left_out_and_named() -> None:
     assert np.median(wall.errors(parts[0])) < 0.01
 
 
-def test_what_is_missing_is_said(wall: Wall) -> None:
+def test_reasons_for_unjoined_components_are_reported(wall: Wall) -> None:
     two = [m for m in wall.marks if m.label in ("P1", "P2")]
     lone = wall.parts[1].views[0].name
     once = [
@@ -197,7 +197,7 @@ def test_markers_on_a_line_are_refused(wall: Wall) -> None:
     assert report.not_joined[0].values["reason_code"] == "join.collinear"
 
 
-def test_markers_that_belong_to_other_stones_join_nothing(wall: Wall) -> None:
+def test_markers_of_other_points_join_nothing(wall: Wall) -> None:
     inside = {view.name for view in wall.parts[1].views}
     swap = {"P1": "P2", "P2": "P3", "P3": "P4", "P4": "P1"}
     wrong = [
@@ -208,7 +208,7 @@ def test_markers_that_belong_to_other_stones_join_nothing(wall: Wall) -> None:
     assert report.not_joined[0].values["reason_code"] == "join.contradicted"
 
 
-def test_control_points_of_their_own_bring_parts_together(wall: Wall) -> None:
+def test_components_with_separate_control_points_are_joined(wall: Wall) -> None:
     names = list(MARKERS)
     extra = {"Q1": (-3.0, 0.1, 1.0), "Q2": (3.0, -0.3, 1.5), "Q3": (1.0, 0.4, 3.6)}
     places = {**MARKERS, **extra}
@@ -235,7 +235,7 @@ def test_control_points_of_their_own_bring_parts_together(wall: Wall) -> None:
     assert np.median(np.linalg.norm(scene.centres + scene.origin - truth, axis=1)) < 0.02
 
 
-def test_a_photo_of_both_parts_is_kept_once(wall: Wall) -> None:
+def test_photo_in_both_components_is_kept_once(wall: Wall) -> None:
     extra = scene_of([*wall.views[1::2], wall.views[0]], wall.points[0])
     parts, _ = join_components([wall.parts[0], extra], wall.marks, threads=1)
     assert [view.name for view in parts[0].views] == [view.name for view in wall.views]
@@ -243,7 +243,9 @@ def test_a_photo_of_both_parts_is_kept_once(wall: Wall) -> None:
     assert np.nanmean(parts[0].errors_px) < 0.45
 
 
-def test_one_thread_gives_the_same_bits(wall: Wall, joined: tuple[SparseScene, JoinReport]) -> None:
+def test_one_thread_gives_identical_results(
+    wall: Wall, joined: tuple[SparseScene, JoinReport]
+) -> None:
     again, _ = join_components(wall.parts, wall.marks, threads=1)
     assert np.array_equal(again[0].points, joined[0].points)
     assert np.array_equal(again[0].centres, joined[0].centres)

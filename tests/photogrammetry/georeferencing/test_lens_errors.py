@@ -62,7 +62,7 @@ def in_truth(scene: SparseScene, truth: np.ndarray) -> SparseScene:
     return place_in_world(scene, fit_similarity(scene.points, truth), (0, 0, 0), None)
 
 
-def test_the_answer_to_a_wrong_focal_length_is_that_of_a_bundle_adjustment() -> None:
+def test_response_to_a_wrong_focal_length_matches_a_bundle_adjustment() -> None:
     """Ceres adjusts the same block, with k1 free, from the same lens."""
     scene = exact(nadir((45.0,)), ground(400))
     lens = scene.views[0].intrinsics
@@ -82,7 +82,7 @@ def test_the_answer_to_a_wrong_focal_length_is_that_of_a_bundle_adjustment() -> 
     assert by_us == pytest.approx(by_ceres, rel=0.1)
 
 
-def test_known_cameras_leave_a_wrong_lens_less_room() -> None:
+def test_known_camera_positions_reduce_the_effect_of_a_wrong_lens() -> None:
     """Positions to a centimetre hold the shape that photos alone would bend."""
     flight = Flight((40.0, 50.0), LENS, 1500.0)
     scene = in_truth(flight.scene, flight.points)
@@ -98,7 +98,7 @@ def test_known_cameras_leave_a_wrong_lens_less_room() -> None:
     assert tied.bend.side_deg < 0.3 * alone.bend.side_deg
 
 
-def test_a_lens_without_exif_may_do_more_than_one_with_it() -> None:
+def test_lens_without_exif_has_a_larger_error_than_one_with_exif() -> None:
     scene = exact(abreast(), face(400))
     with_exif, without = effect(scene), effect(scene, exif=None)
     assert without.bend.stretch_deg > 3.0 * with_exif.bend.stretch_deg
@@ -106,12 +106,12 @@ def test_a_lens_without_exif_may_do_more_than_one_with_it() -> None:
     assert with_exif.bend.stretch95 == pytest.approx(0.04, rel=0.3)
 
 
-def test_without_cameras_nothing_is_made_up() -> None:
+def test_lens_effect_is_none_without_cameras() -> None:
     scene = exact(abreast(), face(400))
     assert lens_effect(scene, (), scene.points.mean(axis=0)) is None
 
 
-def test_a_wrong_lens_is_in_the_stated_error() -> None:
+def test_effect_of_a_wrong_lens_is_within_the_stated_error() -> None:
     """A focal length 3 % too long and a principal point 5 pixels off, both held."""
     flight = Flight((45.0,), replace(LENS, params=(1500.0, 805.0, 596.0, -0.05)), 1545.0)
     scene = in_truth(flight.scene, flight.points)
@@ -122,7 +122,7 @@ def test_a_wrong_lens_is_in_the_stated_error() -> None:
 
 
 @pytest.mark.parametrize(("k2", "word"), [(0.1, "dome"), (-0.1, "dish")])
-def test_the_path_of_the_cameras_bends_as_the_ground_does(k2: float, word: str) -> None:
+def test_camera_path_bends_like_the_ground(k2: float, word: str) -> None:
     """Ceres adjusts a block without the k2 that its lens has; positions to a decimetre, too few to
     enter the adjustment, tell what that did to the ground: the way it bends, and how much."""
     params = (1500.0, 800.0, 600.0, -0.05, k2)
@@ -139,7 +139,7 @@ def test_the_path_of_the_cameras_bends_as_the_ground_does(k2: float, word: str) 
 
 
 @pytest.mark.slow
-def test_nineteen_wrong_lenses_of_twenty_are_in_the_stated_error() -> None:
+def test_stated_lens_error_covers_95_percent_of_wrong_lenses() -> None:
     """Walls of photos abreast, whose focal length from EXIF is wrong by 2 % (1 sigma)."""
     rng = np.random.default_rng(5)
     inside = []

@@ -61,7 +61,7 @@ def set_mark(*photos: str, label: str = "A", point=POINT) -> ControlMarks:
     return made
 
 
-def test_two_marks_tell_where_the_point_is_in_the_third_photo() -> None:
+def test_two_marks_predict_the_point_in_the_third_photo() -> None:
     sight = PLACED.predict(set_mark("a.jpg", "b.jpg"), "A")
     assert set(sight.expected) == {"c.jpg"}, "the far one does not show it"
     assert sight.expected["c.jpg"] == pytest.approx(by_hand(VIEWS[2], POINT), abs=1e-4)
@@ -77,7 +77,7 @@ def test_one_mark_predicts_nothing() -> None:
     assert sight.worst_mark is None
 
 
-def test_one_mark_leaves_a_line_on_which_the_point_lies() -> None:
+def test_one_mark_gives_an_epipolar_line_through_the_point() -> None:
     made = set_mark("a.jpg")
     line = PLACED.epipolar_line(made, "A", "c.jpg")
     truth = by_hand(VIEWS[2], POINT)
@@ -91,7 +91,7 @@ def test_one_mark_leaves_a_line_on_which_the_point_lies() -> None:
     )
 
 
-def test_a_mark_that_is_wrong_is_the_worst() -> None:
+def test_wrong_mark_is_reported_as_the_worst() -> None:
     """Five photos, one of them marked 6 pixels beside."""
     views = tuple(looking(f"{i}.jpg", x) for i, x in enumerate((-3.0, -1.5, 0.0, 1.5, 3.0)))
     made = ControlMarks()
@@ -108,7 +108,7 @@ def test_a_mark_that_is_wrong_is_the_worst() -> None:
 
 @pytest.mark.parametrize("wrong", range(4))
 @pytest.mark.parametrize("way", [(7.0, 0.0), (0.0, 7.0), (-5.0, 5.0)])
-def test_of_four_marks_the_wrong_one_is_found_whatever_its_way(wrong, way) -> None:
+def test_wrong_one_of_four_marks_is_found_in_any_direction(wrong, way) -> None:
     """Along the row of cameras least squares would blame another one."""
     views = tuple(looking(f"{i}.jpg", x, -4 * x) for i, x in enumerate((-3.0, -1.0, 1.2, 3.0)))
     made = ControlMarks()
@@ -128,7 +128,7 @@ def world(point) -> tuple[float, float, float]:
     return (x + 500_000, y + 5_000_000, z + 120)
 
 
-def test_three_marked_control_points_tell_where_the_others_are() -> None:
+def test_three_marked_control_points_predict_the_others() -> None:
     made = ControlMarks()
     for label, point in (("A", POINT), ("B", (-1.0, 0.0, 0.8)), ("C", (1.2, 0.5, 1.0))):
         made = made.set_coordinates(ControlPoint(label, world(point)))
@@ -142,14 +142,14 @@ def test_three_marked_control_points_tell_where_the_others_are() -> None:
         assert sight.expected[view.name] == pytest.approx(by_hand(view, other), abs=1e-3)
 
 
-def test_in_a_georeferenced_model_coordinates_are_looked_up_at_once() -> None:
+def test_coordinates_predict_points_directly_in_a_georeferenced_model() -> None:
     cameras = Cameras(VIEWS, Path(), (500_000, 5_000_000, 100), "EPSG:32633", True)
     point = ControlPoint("A", (500_000.7, 5_000_000.3, 99.1))
     sight = PlacedPhotos((cameras,)).predict(ControlMarks((point,)), "A")
     assert sight.expected["b.jpg"] == pytest.approx(by_hand(VIEWS[1], POINT), abs=1e-4)
 
 
-def test_parts_of_the_photos_have_frames_of_their_own() -> None:
+def test_components_have_separate_frames() -> None:
     """A tie point is predicted in the part in which it is marked twice, and in no other."""
     other = tuple(View(f"p{v.name}", v.intrinsics, v.rotation, v.translation) for v in VIEWS[:3])
     set_coordinates = PlacedPhotos((Cameras(VIEWS[:3], Path()), Cameras(other, Path())))
@@ -162,7 +162,7 @@ def test_parts_of_the_photos_have_frames_of_their_own() -> None:
     assert finding.values["not_located"] == ("A",)
 
 
-def test_what_a_registration_lacks_is_said_plainly() -> None:
+def test_missing_marks_of_a_registration_are_reported() -> None:
     points = tuple(ControlPoint(name, (i, i * i, 0.0)) for i, name in enumerate("ABC"))
     made = ControlMarks(points)
     for label in "BC":
@@ -182,7 +182,7 @@ def test_what_a_registration_lacks_is_said_plainly() -> None:
     assert find_usable_points(made, ["a.jpg"]) == []
 
 
-def test_control_points_in_one_line_are_told_of() -> None:
+def test_collinear_control_points_are_reported() -> None:
     made = ControlMarks(
         tuple(ControlPoint(name, (i, 2.0 * i, 0.0)) for i, name in enumerate("ABC"))
     )
@@ -214,7 +214,7 @@ def test_points_are_changed_renamed_and_removed() -> None:
     assert made.remove_point("corner") == ControlMarks()
 
 
-def test_photos_are_known_by_the_last_part_of_their_name() -> None:
+def test_photos_are_matched_by_the_last_part_of_their_path() -> None:
     photos = ["left/one.jpg", "right/one.jpg", "right/two.jpg"]
     made, strangers = ControlMarks().add_marks(
         [Mark("A", "TWO.JPG", 1, 2), Mark("A", "x", 1, 2)], photos

@@ -50,7 +50,7 @@ def errors_of(scene: SparseScene) -> PoseErrors:
     return errors
 
 
-def test_adjusted_photos_are_off_by_the_stated_errors() -> None:
+def test_errors_of_adjusted_photos_are_within_the_stated_errors() -> None:
     truth = scene_of()
     stated = errors_of(truth)
     off = []
@@ -65,7 +65,7 @@ def test_adjusted_photos_are_off_by_the_stated_errors() -> None:
     assert not stated.is_weak.any()
 
 
-def test_a_photo_with_few_tie_points_is_weak_and_the_others_are_not() -> None:
+def test_only_the_photo_with_few_tie_points_is_weak() -> None:
     whole, weak = errors_of(scene_of()), errors_of(scene_of(few=6))
     assert weak.is_weak.tolist() == [False] * 7 + [True]
     assert weak.position95[-1] > 5 * whole.position95[-1]

@@ -38,7 +38,9 @@ def same_poses(found: dict[str, View], expected: dict[str, View], shift: np.ndar
 
 @pytest.mark.parametrize("world", [False, True])
 @pytest.mark.parametrize("name", ["colmap", "transforms.json"])
-def test_a_reconstruction_comes_back(made: Made, tmp_path: Path, name: str, world: bool) -> None:
+def test_exported_reconstruction_is_read_unchanged(
+    made: Made, tmp_path: Path, name: str, world: bool
+) -> None:
     result = export_cameras(made.out, tmp_path / name, world=world)
     shift = np.array(ORIGIN, float) * world
     expected = {view.name: view for view in made.scene.views}
@@ -72,7 +74,7 @@ def test_colmap_reads_cameras_points_and_tracks(made: Made, tmp_path: Path) -> N
     assert observed == len(scene.track_views)
 
 
-def test_the_frames_of_nerfstudio_name_their_photos_and_points(made: Made, tmp_path: Path) -> None:
+def test_nerfstudio_frames_name_their_photos_and_points(made: Made, tmp_path: Path) -> None:
     path = tmp_path / "transforms.json"
     export_cameras(made.out, path)
     content = json.loads(path.read_text())
@@ -82,7 +84,7 @@ def test_the_frames_of_nerfstudio_name_their_photos_and_points(made: Made, tmp_p
     assert len(cloud.points) == len(made.scene.points)
 
 
-def test_a_registration_beside_the_cameras_leads_to_the_world(tmp_path: Path) -> None:
+def test_registration_beside_the_cameras_transforms_to_world(tmp_path: Path) -> None:
     views = files.ring(4)
     path = files.colmap_text(tmp_path / "sparse", views) / "images.txt"
     with refused("cameras.no-world", UsageError, field="--world"):
@@ -106,7 +108,7 @@ def test_a_registration_beside_the_cameras_leads_to_the_world(tmp_path: Path) ->
         np.testing.assert_allclose(found[view.name].centre, centre, atol=1e-5)
 
 
-def test_what_nerfstudio_cannot_store_is_reported(tmp_path: Path) -> None:
+def test_data_that_nerfstudio_cannot_store_are_reported(tmp_path: Path) -> None:
     full = (900.0, 900.0, 500.0, 400.0, 0.1, 0.01, 0.0, 0.0, 0.002, 0.3, 0.0, 0.0)
     lenses = [
         Intrinsics("OPENCV_FISHEYE", 1000, 800, (900.0, 910.0, 500.0, 400.0, 0.1, 0.2, 0.3, 0.4)),

@@ -19,7 +19,7 @@ def made(tmp_path_factory) -> made_reconstruction.Made:
     return made_reconstruction.make(tmp_path_factory.mktemp("made"))
 
 
-def test_matches_read_back_are_those_written(made) -> None:
+def test_stored_matches_are_read_unchanged(made) -> None:
     found = inspection.pair(made.out, "a.jpg", "b.jpg")
     assert np.array_equal(found.matches, made.rows)
     assert np.array_equal(found.refused, made.refused)
@@ -31,7 +31,7 @@ def test_matches_read_back_are_those_written(made) -> None:
         assert np.allclose(places, expected, atol=1e-3)
 
 
-def test_a_pair_the_other_way_round_is_the_same_pair(made) -> None:
+def test_reversed_pair_has_the_same_matches(made) -> None:
     there = inspection.pair(made.out, "a.jpg", "b.jpg")
     back = inspection.pair(made.out, "b.jpg", "a.jpg")
     assert np.array_equal(back.matches, there.matches[:, ::-1])
@@ -39,7 +39,7 @@ def test_a_pair_the_other_way_round_is_the_same_pair(made) -> None:
     assert np.array_equal(back.left, there.right)
 
 
-def test_the_overview_counts_matches_and_tells_residuals(made) -> None:
+def test_overview_reports_match_counts_and_residuals(made) -> None:
     facts = inspection.overview(made.out)
     assert json.loads(json.dumps(facts)) == facts
     assert facts["pairs"] == [[0, 1, 101, 100], [0, 2, 1, 0], [1, 2, 13, 12]]
@@ -54,7 +54,7 @@ def test_the_overview_counts_matches_and_tells_residuals(made) -> None:
     assert facts["scaled"]
 
 
-def test_residual_vectors_are_observed_less_projected(made) -> None:
+def test_residual_vectors_are_observed_minus_projected(made) -> None:
     pixels, vectors = inspection.residual_vectors(made.out, "b.jpg")
     assert np.allclose(vectors, MISS, atol=1e-3)
     truth = made.scene.views[1].project(made.scene.points)
@@ -62,7 +62,7 @@ def test_residual_vectors_are_observed_less_projected(made) -> None:
     assert len(inspection.residual_vectors(made.out, "nowhere.jpg")[0]) == 0
 
 
-def test_a_depth_map_is_coloured_where_it_has_depths(made) -> None:
+def test_depth_map_is_coloured_only_where_it_has_depths(made) -> None:
     found = inspection.depth_pictures(made.out, "a.jpg")
     assert found.coverage == inspection.coverage(made.out, "a.jpg") == pytest.approx(0.5)
     assert inspection.coverage(made.out, "b.jpg") is None
@@ -76,13 +76,13 @@ def test_a_depth_map_is_coloured_where_it_has_depths(made) -> None:
         inspection.depth_pictures(made.out, "b.jpg")
 
 
-def test_a_wall_seen_from_the_south_faces_south(made) -> None:
+def test_normal_of_a_wall_seen_from_the_south_is_coloured_as_south(made) -> None:
     found = inspection.depth_pictures(made.out, "a.jpg")
     # South is opposite to the red of the north.
     assert found.normals[60, 20].tolist() == [0, 255, 255]
 
 
-def test_hues_turn_with_the_direction_a_surface_faces() -> None:
+def test_hue_follows_the_azimuth_of_the_normal() -> None:
     north, east, flat = (0, 1, 0), (1, 0, 0), (0, 0, 1)
     colors = inspection.normal_colors(np.array([north, east, flat, (0, 0, -1)], float))
     assert colors[0].tolist() == [255, 0, 0]
@@ -91,7 +91,7 @@ def test_hues_turn_with_the_direction_a_surface_faces() -> None:
     assert colors[3].max() < 128
 
 
-def test_what_is_not_there_is_said(tmp_path) -> None:
+def test_missing_reconstruction_is_reported(tmp_path) -> None:
     (tmp_path / "work" / "alignment-0123.part").mkdir(parents=True)
     assert stage_folder(tmp_path, "alignment") is None
     assert not is_aligned(tmp_path)
@@ -102,7 +102,7 @@ def test_what_is_not_there_is_said(tmp_path) -> None:
         inspection.pair(tmp_path, "a", "b")
 
 
-def test_a_damaged_database_is_named(tmp_path) -> None:
+def test_damaged_database_is_reported(tmp_path) -> None:
     made = made_reconstruction.make(tmp_path)
     database = next(made.out.glob("work/alignment-*/database.db"))
     for path in database.parent.glob("database.db*"):

@@ -40,7 +40,7 @@ def sheet_and_photos() -> tuple[Mesh, PhotoViews]:
     return mesh, PhotoViews(Cameras(views, Path("."), ORIGIN, "EPSG:32633"), RayTree(mesh))
 
 
-def test_what_a_photo_shows_is_picked_again_through_its_lens() -> None:
+def test_picking_through_the_lens_returns_the_visible_point() -> None:
     mesh, photos = sheet_and_photos()
     rng = np.random.default_rng(3)
     rows = rng.integers(0, len(mesh.faces), 200)
@@ -59,7 +59,7 @@ def test_what_a_photo_shows_is_picked_again_through_its_lens() -> None:
     assert checked > 300
 
 
-def test_a_registered_model_is_seen_at_the_same_pixels() -> None:
+def test_registered_model_has_the_same_pixels() -> None:
     mesh, photos = sheet_and_photos()
     angle, scale = 0.7, 2.5
     turn = np.array(
@@ -99,7 +99,7 @@ def wall_and_screen() -> PhotoViews:
     return PhotoViews(cameras, RayTree(Mesh(points, faces)))
 
 
-def test_what_a_screen_hides_is_not_shown() -> None:
+def test_points_behind_a_screen_are_not_visible() -> None:
     photos = wall_and_screen()
     behind, free = CORNER + [2.0, 1.0, 0.0], CORNER + [-2.0, 1.0, 0.0]
     assert photos.shows(0, [behind, free]).tolist() == [False, True]
@@ -107,7 +107,7 @@ def test_what_a_screen_hides_is_not_shown() -> None:
     assert [s.name for s in photos.sightings([CORNER + [5.9, 0.0, 0.0]])] == ["right.jpg"]
 
 
-def test_a_line_ends_where_the_screen_begins() -> None:
+def test_visible_part_of_a_line_ends_at_the_screen() -> None:
     photos = wall_and_screen()
     line = CORNER + np.array([[-4.0, 0.5, 0.0], [5.5, 0.5, 0.0]])
     pixels, seen = photos.project_line(0, line, step_px=0.5, slack_m=0.01)
@@ -120,7 +120,7 @@ def test_a_line_ends_where_the_screen_begins() -> None:
     assert np.abs(part[:, 1] - 500.0 + 35.0).max() < 1e-6
 
 
-def test_the_sharper_and_straighter_view_comes_first() -> None:
+def test_sightings_are_sorted_by_pixel_size_and_obliquity() -> None:
     points = np.array([[-9.0, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]]) + CORNER
     mesh = Mesh(points, np.array([[0, 1, 2], [0, 2, 3]], np.int32))
     views = tuple(
@@ -155,7 +155,7 @@ def test_nothing_is_picked_beside_the_model_or_off_the_photo() -> None:
     assert len(photos.project_line(0, CORNER[None])[0]) == 0
 
 
-def test_many_pixels_lead_where_each_of_them_does() -> None:
+def test_many_pixels_intersect_where_single_picks_do() -> None:
     _, photos = sheet_and_photos()
     rng = np.random.default_rng(0)
     size = photos.views[0].intrinsics

@@ -33,7 +33,7 @@ def shares(out: Path, survey: Survey) -> tuple[float, float]:
     return float(np.mean(vertices[mesh.faces].mean(axis=1)[:, 1] < 2.5)), float(np.mean(far))
 
 
-def test_the_model_is_of_the_rock_unless_the_background_is_kept(tmp_path: Path, capsys) -> None:
+def test_model_contains_only_the_rock_unless_the_background_is_kept(tmp_path: Path, capsys) -> None:
     photos = views(4, 720)
     face = building_scene(6.0, ground=False)
     survey = Survey("background", face, tuple(photos), (36 * FOCAL / 1296,) * len(photos))

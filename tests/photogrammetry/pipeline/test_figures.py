@@ -60,7 +60,7 @@ def scene(focal: float) -> SparseScene:
     )
 
 
-def test_a_focal_length_that_the_ground_has_told_is_no_guess_any_more() -> None:
+def test_focal_length_estimated_from_the_ground_is_not_reported_as_vague() -> None:
     guessed = check_scene(scene(1300.0), cameras=[HELD])
     assert any(finding.code == "focal-vague" for finding in guessed.findings)
     (camera,) = cameras_after_placement([HELD], scene(1500.0), FREED)
@@ -71,13 +71,13 @@ def test_a_focal_length_that_the_ground_has_told_is_no_guess_any_more() -> None:
     assert not any(finding.code == "focal-vague" for finding in told.findings)
 
 
-def test_cameras_that_nothing_changed_stay_as_they_are() -> None:
+def test_unadjusted_cameras_keep_their_values() -> None:
     (camera,) = cameras_after_placement([HELD], scene(1300.0), {})
     assert camera.values == HELD.values
     assert (camera.focal, camera.reasons) == (HELD.focal, HELD.reasons)
 
 
-def test_what_the_ground_freed_has_an_error_and_no_correlations() -> None:
+def test_parameters_freed_by_the_ground_have_errors_and_no_correlations() -> None:
     class Seen:
         name, camera, width, height = "a.jpg", "Acme", 1600, 1200
 

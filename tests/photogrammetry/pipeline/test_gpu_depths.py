@@ -26,13 +26,13 @@ from vomstudio.photogrammetry.pipeline.stage_log import StageLog
 without_gpu = pytest.mark.skipif(has_cuda(), reason="This COLMAP can use a GPU.")
 
 
-def test_a_device_that_there_is_not_is_refused() -> None:
+def test_unknown_device_is_rejected() -> None:
     with refused("option.not-a-choice", UsageError):
         PipelineSettings(device="gpu")
 
 
 @without_gpu
-def test_without_cuda_auto_is_the_processor_and_cuda_is_refused_before_any_work() -> None:
+def test_auto_selects_the_cpu_without_cuda_and_cuda_is_rejected_early() -> None:
     assert choose_device(PipelineSettings()) == "cpu"
     assert choose_device(PipelineSettings(device="cpu")) == "cpu"
     with refused("gpu.unavailable", GeometryError):
@@ -40,7 +40,7 @@ def test_without_cuda_auto_is_the_processor_and_cuda_is_refused_before_any_work(
 
 
 @without_gpu
-def test_a_failing_gpu_is_said_and_the_processor_takes_over(tmp_path: Path) -> None:
+def test_gpu_failure_is_reported_and_the_cpu_takes_over(tmp_path: Path) -> None:
     face = lying_face(size=(6.0, 5.0), spacing=0.05)
     lens = Intrinsics.pinhole(160, 120, 150.0, 80.0, 60.0)
     centres = np.array([[x, 0.0, 4.0] for x in (-0.5, 0.0, 0.5)])

@@ -21,12 +21,12 @@ from vomstudio.photogrammetry.pipeline.outputs import report_disk_errors
         '[io.cc:4] Check failed: (file).is_open() Could not open "points3D.bin". Is the path a',
     ],
 )
-def test_what_a_library_says_of_the_disk_becomes_a_sentence(tmp_path: Path, said: str) -> None:
+def test_library_disk_errors_are_reported_as_target_errors(tmp_path: Path, said: str) -> None:
     with refused("disk.failed", TargetError, file=tmp_path), report_disk_errors(tmp_path):
         raise RuntimeError(said)
 
 
-def test_other_failures_stay_what_they_are(tmp_path: Path) -> None:
+def test_other_errors_are_passed_through_unchanged(tmp_path: Path) -> None:
     for error in (RuntimeError("no more matches"), KeyError("views"), InputError("no photo")):
         with pytest.raises(type(error)) as caught, report_disk_errors(tmp_path):
             raise error

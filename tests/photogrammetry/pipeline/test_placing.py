@@ -97,7 +97,7 @@ def with_exchanged_labels(control: list[ControlPoint], marks: list[Mark]) -> Tab
         with_exchanged_labels,
     ],
 )
-def test_control_that_cannot_register_leaves_a_local_frame_and_a_finding(
+def test_insufficient_control_gives_a_local_frame_and_a_finding(
     spoil: Callable[[list[ControlPoint], list[Mark]], Tables],
 ) -> None:
     scene, facts, codes = placed(CONTROL, *spoil(*marked(VIEWS)))
@@ -109,7 +109,7 @@ def test_control_that_cannot_register_leaves_a_local_frame_and_a_finding(
 
 
 @pytest.mark.parametrize(("noise_px", "codes"), [(0.3, []), (25.0, ["mark-scatter"])])
-def test_control_that_can_register_does_so(noise_px: float, codes: list[str]) -> None:
+def test_sufficient_control_registers_the_scene(noise_px: float, codes: list[str]) -> None:
     scene, facts, found = placed(CONTROL, *marked(VIEWS, noise_px))
     assert "refused" not in facts
     assert found == codes
@@ -117,7 +117,7 @@ def test_control_that_can_register_does_so(noise_px: float, codes: list[str]) ->
 
 
 @pytest.mark.parametrize(("crs", "codes"), [(None, []), ("EPSG:32632", ["gps-unused"])])
-def test_gps_that_cannot_register_leaves_a_local_frame(crs: str | None, codes: list[str]) -> None:
+def test_insufficient_gps_gives_a_local_frame(crs: str | None, codes: list[str]) -> None:
     same = np.tile([11.0, 46.0, 300.0], (len(VIEWS), 1))
     scene, facts, found = placed(PipelineSettings(crs=crs, threads=1), [], [], same)
     assert facts["refused"]

@@ -63,7 +63,7 @@ def test_each_model_has_the_registration_of_the_result(outputs: Outputs) -> None
     assert sorted(listed) == ["model.glb", "model.obj", "model.ply"]
 
 
-def test_a_model_that_nothing_placed_has_none_even_if_an_earlier_run_had(outputs: Outputs) -> None:
+def test_unregistered_model_removes_registrations_of_an_earlier_run(outputs: Outputs) -> None:
     write_registrations(outputs, result())
     unplaced = result() | {"registration": {}, "frame": "local", "scaled": False}
     write_registrations(outputs, unplaced)

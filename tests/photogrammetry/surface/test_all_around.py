@@ -37,7 +37,7 @@ def photographed():
 
 
 @pytest.mark.full
-def test_the_normals_of_the_cloud_face_the_photos_and_out_of_the_object(photographed):
+def test_cloud_normals_face_the_photos_and_out_of_the_object(photographed):
     _, views, _, cloud, _ = photographed
     # The law that needs no cameras: the block is star-shaped about the origin.
     outward = (cloud.normals * cloud.points).sum(axis=1)
@@ -69,7 +69,7 @@ def test_its_texture_has_the_colours_of_the_object_on_every_side(photographed):
         assert likeness > 0.8
 
 
-def test_a_surface_that_is_inside_out_is_turned_over_and_said(photographed):
+def test_inside_out_surface_is_turned_over_and_reported(photographed):
     _, _, taken, _, mesh = photographed
     inside_out = Mesh(mesh.vertices, mesh.faces[:, ::-1])
     made = make_texture(inside_out, taken)
@@ -78,7 +78,7 @@ def test_a_surface_that_is_inside_out_is_turned_over_and_said(photographed):
     assert with_code(made.report.warnings, "texture.turned-over")
 
 
-def test_a_model_of_which_more_than_half_is_in_no_photo_is_refused(photographed):
+def test_model_with_most_of_its_surface_unseen_is_rejected(photographed):
     _, _, taken, _, mesh = photographed
     with refused("texture.mostly-unseen", GeometryError):
         make_texture(mesh, taken[:2])

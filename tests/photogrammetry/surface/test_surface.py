@@ -52,7 +52,7 @@ def base():
     return build_surface(patch(), OPTIONS)
 
 
-def test_a_surface_has_the_wanted_faces_and_is_sound(base):
+def test_surface_is_manifold_with_the_requested_number_of_faces(base):
     made, mesh = base, base.mesh
     assert 0.9 * 4000 <= len(mesh.faces) <= 4000
     assert np.isfinite(mesh.vertices).all()
@@ -72,7 +72,7 @@ def test_faces_are_counter_clockwise_from_the_air(base):
 
 
 @pytest.mark.full
-def test_a_step_stays_sharp_and_the_surface_on_the_points():
+def test_step_stays_sharp_and_surface_follows_the_points():
     cloud = patch(noise=0.002)
     sharp = build_surface(cloud, OPTIONS).mesh
     plain = build_surface(cloud, MeshingOptions(faces=4000, sharpen=False)).mesh
@@ -106,7 +106,7 @@ def covered(mesh: Mesh, x: float, z: float) -> bool:
 
 
 @pytest.mark.full
-def test_small_holes_are_closed_and_large_ones_are_left():
+def test_small_holes_are_closed_and_large_ones_stay_open():
     options = MeshingOptions(faces=4000, largest_hole_m=0.5)
     closed = build_surface(with_hole(0.2), options)
     assert covered(closed.mesh, -1, 0)
@@ -116,7 +116,7 @@ def test_small_holes_are_closed_and_large_ones_are_left():
 
 
 @pytest.mark.full
-def test_islands_are_left_out_but_never_all_of_the_surface():
+def test_islands_are_removed_unless_nothing_else_remains():
     cloud = patch()
     blob = patch(300, seed=5).points * 0.05 + [1.0, -1.5, 0.0]
     both = PointCloud(
@@ -132,7 +132,7 @@ def test_islands_are_left_out_but_never_all_of_the_surface():
 
 
 @pytest.mark.full
-def test_far_coordinates_keep_their_millimetres(base):
+def test_far_coordinates_keep_millimetre_precision(base):
     far = patch()
     far = PointCloud(far.points + UTM, far.colors, far.normals)
     a, b = base.mesh, build_surface(far, OPTIONS).mesh
@@ -140,14 +140,14 @@ def test_far_coordinates_keep_their_millimetres(base):
 
 
 @pytest.mark.full
-def test_one_thread_makes_the_same_surface_every_time(base):
+def test_one_thread_gives_an_identical_surface(base):
     a, b = base.mesh, build_surface(patch(), OPTIONS).mesh
     np.testing.assert_array_equal(a.vertices, b.vertices)
     np.testing.assert_array_equal(a.faces, b.faces)
 
 
 @pytest.mark.full
-def test_a_cloud_that_is_too_large_is_thinned_and_says_so():
+def test_too_large_cloud_is_thinned_and_reported():
     made = build_surface(patch(), MeshingOptions(faces=2000, max_points=8000))
     assert made.facts["points"] == 8000
     (finding,) = with_code(made.warnings, "surface.thinned")
@@ -164,14 +164,14 @@ def test_a_cloud_that_is_too_large_is_thinned_and_says_so():
         (np.full((500, 3), np.nan), np.ones((500, 3)), "surface.few-points"),
     ],
 )
-def test_clouds_that_make_no_surface_are_refused_in_words(points, normals, code):
+def test_clouds_without_a_surface_are_rejected(points, normals, code):
     normals = None if normals is None else normals.astype(np.float32)
     with refused(code, GeometryError):
         build_surface(PointCloud(points, None, normals))
 
 
 @pytest.mark.parametrize(("name", "value"), [("faces", 0), ("depth", 40), ("trim", -1.0)])
-def test_settings_out_of_range_name_their_field(name, value):
+def test_settings_out_of_range_are_rejected_with_their_field(name, value):
     with pytest.raises(UsageError) as raised:
         MeshingOptions(**{name: value})
     assert raised.value.field == name
@@ -193,7 +193,7 @@ def test_a_fin_and_touching_sheets_become_manifold():
 
 
 @pytest.mark.full
-def test_the_face_of_rock_is_met_within_millimetres():
+def test_rock_face_is_reconstructed_within_millimetres():
     import open3d as o3d
 
     face = rock.rough_face(3.0, 2.0, 0.02)
@@ -212,7 +212,7 @@ def grid(nx: int, nz: int, step: float) -> tuple[np.ndarray, np.ndarray]:
     return vertices, rock.grid_faces(nz, nx)
 
 
-def test_a_long_strip_without_points_that_reaches_the_rim_is_closed_and_the_rim_is_cut():
+def test_strip_without_points_is_closed_and_the_rim_is_trimmed():
     vertices, faces = grid(81, 61, 0.05)
     x, z = vertices[:, 0], vertices[:, 2]
     # Points stand at 1 <= z <= 2 but for a strip 0.2 wide that runs from the left end to the right.

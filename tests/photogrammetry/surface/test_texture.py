@@ -80,7 +80,7 @@ def shift(drawn: np.ndarray, true: np.ndarray) -> tuple[float, float]:
 
 @pytest.mark.full
 @pytest.mark.parametrize("lens", first_in_default_tier(LENSES, 1))
-def test_a_checker_comes_back_where_it_should_within_a_tenth_of_a_texel(lens):
+def test_checkerboard_texture_is_positioned_within_a_tenth_of_a_texel(lens):
     face = rock.flat_face(2.0, 1.5, rock.checker_paint(0.1))
     made = make_texture(wall(), photos(face, cameras(lens)))
     step = made.report.texel_m
@@ -96,7 +96,7 @@ def test_a_checker_comes_back_where_it_should_within_a_tenth_of_a_texel(lens):
 
 
 @pytest.mark.full
-def test_the_gains_of_the_photos_are_found(rock_wall):
+def test_photo_gains_are_estimated(rock_wall):
     _, views, gains, taken = rock_wall
     found = make_texture(wall(), taken).report.gains
     product = np.array([np.array(found[v.name]) * g for v, g in zip(views, gains, strict=True)])
@@ -113,7 +113,7 @@ def test_differing_exposures_leave_neither_stains_nor_seams(rock_wall):
 
 
 @pytest.mark.full
-def test_a_blurred_photo_is_drawn_only_where_no_sharp_one_is():
+def test_blurred_photo_is_used_only_where_no_sharp_one_is_available():
     face = rock.flat_face(2.0, 1.5, rock.rock_paint(3, finest=0.02))
     views = cameras()
     plain = make_texture(wall(), photos(face, views)).report
@@ -130,7 +130,7 @@ def green(seen) -> float:
 
 
 @pytest.mark.full
-def test_what_stands_before_the_rock_in_one_photo_does_not_print_through(rock_wall):
+def test_occluder_in_one_photo_does_not_appear_in_the_texture(rock_wall):
     face, views, _, _ = rock_wall
     blocked = [None, (180.0, 130.0, 40.0, 55.0), None, None]
     made = make_texture(wall(), photos(face, views, occluder=blocked))
@@ -141,7 +141,7 @@ def test_what_stands_before_the_rock_in_one_photo_does_not_print_through(rock_wa
     assert left_out[views[3].name] < 0.03
 
 
-def test_a_masked_part_of_a_photo_does_not_print_through_even_with_two_photos(rock_wall):
+def test_masked_part_does_not_appear_in_the_texture_of_two_photos(rock_wall):
     face, views, _, _ = rock_wall
     blocked = (180.0, 130.0, 40.0, 55.0)
     taken = photos(face, views[:2], occluder=[None, blocked])
@@ -159,7 +159,7 @@ def _compared(face, made):
     return compare(made.mesh, made.pages, face, step=made.report.texel_m, box=BOX, shaded=False)
 
 
-def test_a_pillar_does_not_print_onto_the_wall_behind_it():
+def test_pillar_does_not_appear_on_the_wall_behind_it():
     def paint(points):
         return np.where(points[:, 1:2] < -0.15, [200.0, 40.0, 40.0], [110.0, 120.0, 130.0])
 
@@ -180,7 +180,7 @@ def test_a_pillar_does_not_print_onto_the_wall_behind_it():
     assert (colors[:, 0] - colors[:, 2]).max() < 20
 
 
-def test_faces_that_no_photo_sees_are_counted_and_take_the_colour_beside_them(rock_wall):
+def test_unseen_faces_are_counted_and_take_the_colour_of_neighbours(rock_wall):
     _, _, _, taken = rock_wall
     tall = wall(41, 2.0, 2.8)
     made = make_texture(tall, taken)
@@ -214,7 +214,7 @@ def owners(mesh: Mesh, page: int, shape: tuple[int, int], grow: float = 0.0) -> 
     return count
 
 
-def test_pages_hold_every_face_once_and_no_larger_than_asked():
+def test_pages_contain_every_face_once_and_respect_the_maximum_size():
     face = rock.rough_face(3.0, 2.0, 0.05)
     views = rock.ring_of_views(1, 3, spread=(2.0, 0), distance=2.2, size=SIZE, focal=280.0)
     taken = photos(face, views)
@@ -292,7 +292,7 @@ def test_a_part_in_close_up_has_finer_texels_than_the_rest() -> None:
     assert made.report.texel_m > 2 * near
 
 
-def test_an_overhang_that_hides_behind_itself_is_not_drawn_over_itself(monkeypatch):
+def test_self_occluding_overhang_does_not_overlap_in_the_atlas(monkeypatch):
     """A sheet folded into an S: three layers along one direction, most of it out of sight."""
     monkeypatch.setattr("vomstudio.photogrammetry.surface.orientation.MAX_UNSEEN_SHARE", 1.0)
     s = np.linspace(0, 3, 61)
@@ -343,7 +343,7 @@ def test_the_vertices_have_the_colours_of_the_texture(rock_wall):
     assert np.corrcoef(drawn[:, 1], made.mesh.colors[corner, 1])[0, 1] > 0.7
 
 
-def test_threads_draw_the_same_to_the_bit(rock_wall):
+def test_threads_give_an_identical_texture(rock_wall):
     one = make_texture(wall(), rock_wall[3])
     two = make_texture(wall(), rock_wall[3], executor=Threads(2))
     for a, b in zip(one.pages, two.pages, strict=True):
@@ -363,7 +363,7 @@ def test_far_coordinates_draw_the_same_texture(rock_wall):
         assert np.abs(a.astype(int) - b).mean() < 0.1
 
 
-def test_photos_that_see_nothing_are_named_in_words(rock_wall):
+def test_photos_that_see_nothing_are_reported(rock_wall):
     _, views, _, taken = rock_wall
     lens = views[0].intrinsics
     aside = rock.looking("aside.png", lens, np.array([0, -9.0, 0]), np.array([0, -20.0, 0]))
@@ -375,7 +375,7 @@ def test_photos_that_see_nothing_are_named_in_words(rock_wall):
     assert finding.values["photo"] == "aside.png"
 
 
-def test_bad_photos_and_meshes_are_refused_in_words(rock_wall):
+def test_bad_photos_and_meshes_are_rejected(rock_wall):
     _, views, _, taken = rock_wall
     with refused("texture.no-photos", GeometryError):
         make_texture(wall(), [])
@@ -391,7 +391,7 @@ def test_bad_photos_and_meshes_are_refused_in_words(rock_wall):
         make_texture(wall(), [other])
 
 
-def test_it_stops_when_told(rock_wall):
+def test_cancelled_texturing_stops(rock_wall):
     token = CancelToken()
     token.cancel()
     with pytest.raises(Cancelled):

@@ -20,7 +20,7 @@ from vomstudio.products.report.field_sheet import draw_field_sheet, write_field_
 APSC = PlanCamera("test", 24.0, 16.0, 24.0, 6000, 4000)
 
 
-def test_eq_18_and_what_follows_from_it() -> None:
+def test_pixel_size_footprint_and_spacing_follow_equation_18() -> None:
     plan = plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0))
     # Sw * D / (f * Iw): 24 mm * 20 m / (24 mm * 6000).
     assert plan.gsd_m == pytest.approx(20 / 6000)
@@ -29,7 +29,7 @@ def test_eq_18_and_what_follows_from_it() -> None:
     assert plan.smallest_plane_m == pytest.approx(1000 * plan.gsd_m)
 
 
-def test_the_distance_for_a_wanted_pixel_gives_that_pixel() -> None:
+def test_distance_for_a_requested_pixel_size_gives_that_pixel_size() -> None:
     plan = plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, gsd_m=0.002))
     assert plan.distance_m == pytest.approx(distance_for_gsd(APSC, 0.002)) == pytest.approx(12.0)
     assert plan.gsd_m == pytest.approx(0.002)
@@ -40,7 +40,7 @@ def test_the_distance_for_a_wanted_pixel_gives_that_pixel() -> None:
     assert finding.values["closer"] == pytest.approx(12.0)
 
 
-def test_the_smallest_plane_asked_for_is_a_thousand_pixels_of_the_plan() -> None:
+def test_requested_smallest_plane_is_a_thousand_pixels_wide() -> None:
     plan = plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, plane_m=2.0))
     # 2 mm a pixel, for which this camera stands 12 m away.
     assert plan.gsd_m == pytest.approx(0.002)
@@ -57,7 +57,7 @@ def test_the_smallest_plane_asked_for_is_a_thousand_pixels_of_the_plan() -> None
         plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, plane_m=0.0))
 
 
-def test_nobody_is_sent_to_where_they_stand() -> None:
+def test_high_rows_warning_suggests_a_distance_only_for_several_rows() -> None:
     """One row that shows all of a high face is still too high for a hand."""
     plan = plan_survey(APSC, PlanOptions(width_m=60.0, height_m=20.0, distance_m=40.0))
     (finding,) = with_code(plan.warnings, "plan.high-row")
@@ -68,14 +68,14 @@ def test_nobody_is_sent_to_where_they_stand() -> None:
     assert finding.values["distance_m"] == pytest.approx(30.0)
 
 
-def test_a_camera_with_an_endless_name_is_refused_like_another() -> None:
+def test_camera_with_an_overlong_name_is_rejected_briefly() -> None:
     for words in ("q" * 10_000, "a\0b"):
         with refused("plan.unknown-camera", UsageError) as caught:
             parse_camera(words)
         assert len(str(caught.value)) < 400
 
 
-def test_depth_of_field_is_that_of_the_thin_lens() -> None:
+def test_depth_of_field_follows_the_thin_lens() -> None:
     f, n, c, d = 35.0, 8.0, 0.01, 5.0
     near, far = depth_of_field(f, n, d, c)
     assert far is not None
@@ -96,7 +96,7 @@ def test_depth_of_field_is_that_of_the_thin_lens() -> None:
 
 @pytest.mark.parametrize("manner", ["handheld", "drone", "terrain"])
 @pytest.mark.parametrize("overlap", [0.6, 0.7, 0.8])
-def test_every_place_is_seen_by_four_photos(manner, overlap: float) -> None:
+def test_every_point_is_covered_by_four_photos(manner, overlap: float) -> None:
     plan = plan_survey(
         APSC,
         PlanOptions(width_m=40.0, height_m=12.0, distance_m=15.0, overlap=overlap, manner=manner),
@@ -118,7 +118,7 @@ def test_every_place_is_seen_by_four_photos(manner, overlap: float) -> None:
         assert seen >= plan.views_least
 
 
-def test_neighbours_overlap_as_asked_and_all_stand_at_the_distance() -> None:
+def test_neighbours_have_the_requested_overlap_and_distance() -> None:
     plan = plan_survey(APSC, PlanOptions(width_m=40.0, height_m=8.0, distance_m=15.0, overlap=0.75))
     straight = plan.select_kind("perpendicular")
     steps = np.diff([s.along_m for s in straight])
@@ -156,7 +156,7 @@ def test_control_points_are_spread_and_not_in_line() -> None:
     assert with_code(strip.warnings, "plan.narrow-strip")
 
 
-def test_rows_out_of_reach_are_said() -> None:
+def test_rows_out_of_reach_are_reported() -> None:
     low = plan_survey(APSC, PlanOptions(width_m=20.0, height_m=4.0, distance_m=10.0))
     assert not with_code(low.warnings, "plan.high-rows")
     high = plan_survey(APSC, PlanOptions(width_m=20.0, height_m=15.0, distance_m=10.0))
@@ -178,13 +178,13 @@ def test_rows_out_of_reach_are_said() -> None:
         ("--distance", {}),
     ],
 )
-def test_what_cannot_be_planned_is_refused_by_name(field, options) -> None:
+def test_invalid_plan_options_are_rejected_with_their_field(field, options) -> None:
     with pytest.raises(UsageError) as caught:
         plan_survey(APSC, PlanOptions(width_m=20.0, height_m=5.0, **options))
     assert caught.value.field == field
 
 
-def test_a_plan_of_countless_photos_is_refused() -> None:
+def test_plan_with_too_many_photos_is_rejected() -> None:
     with refused("plan.too-many-photos", UsageError):
         plan_survey(APSC, PlanOptions(width_m=5000.0, height_m=5000.0, distance_m=5.0))
 
@@ -201,7 +201,7 @@ def test_a_plan_of_countless_photos_is_refused() -> None:
         "f=35;px=6000;sensor=23.5x15.667",
     ],
 )
-def test_a_camera_is_given_by_its_numbers(words: str) -> None:
+def test_camera_is_parsed_from_its_numbers(words: str) -> None:
     found = parse_camera(words)
     assert (found.sensor_width_mm, found.focal_mm) == (23.5, 35)
     assert (found.width_px, found.height_px) == (6000, 4000)
@@ -211,7 +211,7 @@ def test_a_camera_is_given_by_its_numbers(words: str) -> None:
     "words",
     ["1,2", "23.5x15.6x3,35,6000", "-3,35,6000", "lens=3 f=2", "0,0,0", "1 2 3 4 5", "=", ","],
 )
-def test_numbers_that_are_no_camera_are_refused(words: str) -> None:
+def test_invalid_camera_numbers_are_rejected(words: str) -> None:
     with pytest.raises(UsageError, match="camera"):
         parse_camera(words)
 
@@ -225,7 +225,7 @@ def test_a_camera_is_found_by_name_with_its_lens() -> None:
         parse_camera("Nikon D9O")
 
 
-def test_a_photo_stands_for_its_camera(tmp_path: Path, data_dir: Path) -> None:
+def test_photo_defines_its_camera(tmp_path: Path, data_dir: Path) -> None:
     found = parse_camera(str(data_dir / "brighton_beach" / "images" / "DJI_0018.JPG"))
     # A pixel at 40 m by the focal length of 2222 px.
     assert distance_for_gsd(found, 0.018) == pytest.approx(0.018 * 2222.22, rel=1e-4)
@@ -240,7 +240,7 @@ def test_a_photo_stands_for_its_camera(tmp_path: Path, data_dir: Path) -> None:
 
 # -- the sheet -----------------------------------------------------------------------------------
 @pytest.mark.parametrize("ending", first_in_default_tier(["pdf", "svg", "html"]))
-def test_the_field_sheet_is_written_and_says_the_numbers(tmp_path: Path, ending: str) -> None:
+def test_field_sheet_is_written_with_the_numbers_of_the_plan(tmp_path: Path, ending: str) -> None:
     plan = plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0))
     path = tmp_path / f"sheet.{ending}"
     write_field_sheet(path, plan)
@@ -257,7 +257,7 @@ def test_the_field_sheet_is_written_and_says_the_numbers(tmp_path: Path, ending:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_all_words_of_the_sheet_lie_on_the_page() -> None:
+def test_all_texts_of_the_sheet_are_inside_the_page() -> None:
     plan = plan_survey(APSC, PlanOptions(width_m=60.0, height_m=15.0, distance_m=10.0))
     assert len(plan.warnings) == 1
     figure = draw_field_sheet(plan)
@@ -271,7 +271,7 @@ def test_all_words_of_the_sheet_lie_on_the_page() -> None:
         assert box.y1 <= height
 
 
-def test_a_sheet_of_another_kind_is_refused(tmp_path: Path) -> None:
+def test_sheet_in_another_format_is_rejected(tmp_path: Path) -> None:
     plan = plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0))
     with pytest.raises(UsageError, match=r"\.pdf"):
         write_field_sheet(tmp_path / "a.docx", plan)
@@ -282,16 +282,14 @@ def test_a_sheet_of_another_kind_is_refused(tmp_path: Path) -> None:
     # As the textbook's photos of the Mi 9T Pro (exercise 4) and their makers' usual photos are.
     [("Mi 9T Pro", 4000), ("Mavic Air 2", 4000), ("Mini 3 Pro", 4032), ("iPhone 15 Pro", 4032)],
 )
-def test_cameras_have_their_true_pixels_not_those_of_an_enlarged_mode(
-    name: str, width: int
-) -> None:
+def test_cameras_have_true_pixels_and_not_those_of_an_enlarged_mode(name: str, width: int) -> None:
     camera = parse_camera(name)
     assert camera.width_px == width
     gsd = plan_survey(camera, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0)).gsd_m
     assert gsd == pytest.approx(camera.sensor_width_mm / width * 20.0 / camera.focal_mm)
 
 
-def test_an_aperture_that_cannot_be_set_is_kept_and_said() -> None:
+def test_fixed_aperture_is_kept_and_reported() -> None:
     phone = parse_camera("Mi 9T Pro")
     plan = plan_survey(phone, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0))
     assert plan.f_number == 1.75

@@ -30,7 +30,7 @@ def plan(width: float, height: float, distance: float, manner: str = "drone") ->
     return made
 
 
-def test_a_square_of_cameras_is_known_as_the_lever_says() -> None:
+def test_error_of_a_square_of_cameras_follows_from_its_lever_arms() -> None:
     """Four points at (+-a, +-a) in one level: about up the sum of squares of the levers is 8 a^2,
     about east that of the heights' is 4 a^2."""
     a, level, height = 10.0, 0.5, 1.0
@@ -43,7 +43,7 @@ def test_a_square_of_cameras_is_known_as_the_lever_says() -> None:
     assert found.scale_error_95 == pytest.approx(Z95 * level / np.sqrt(8 * a * a))
 
 
-def test_planned_cameras_turn_the_model_as_far_as_foretold() -> None:
+def test_planned_cameras_rotate_the_model_as_predicted() -> None:
     made = plan(100.0, 40.0, 30.0)
     places = np.array([[s.along_m, -s.away_m, s.up_m] for s in made.positions])
     found = forecast("receiver", places, (2.0, 4.0))
@@ -62,7 +62,7 @@ def test_planned_cameras_turn_the_model_as_far_as_foretold() -> None:
 
 
 @pytest.mark.parametrize("times", [2.0, 5.0])
-def test_errors_grow_with_those_of_the_receiver(times: float) -> None:
+def test_errors_scale_with_the_receiver_error(times: float) -> None:
     made = plan(100.0, 40.0, 30.0)
     one, more = add_forecasts(made, 0.1, 0.02), add_forecasts(made, 0.1 * times, 0.02 * times)
     for a, b in zip(one.registration, more.registration, strict=True):
@@ -70,7 +70,7 @@ def test_errors_grow_with_those_of_the_receiver(times: float) -> None:
         assert b.worst_95_deg == pytest.approx(times * a.worst_95_deg, rel=1e-6)
 
 
-def test_a_line_of_cameras_is_warned_of_with_what_to_do() -> None:
+def test_line_of_cameras_gives_a_warning_with_advice() -> None:
     made = add_forecasts(plan(40.0, 6.0, 15.0, "handheld"))
     receiver, control = made.registration
     # It may turn about the line along which the cameras stand.
@@ -81,25 +81,25 @@ def test_a_line_of_cameras_is_warned_of_with_what_to_do() -> None:
     assert {"plan.nearly-in-line", "plan.measure-on-site"} <= codes
 
 
-def test_a_good_plan_is_not_warned_of() -> None:
+def test_good_plan_has_no_warnings() -> None:
     before = plan(100.0, 40.0, 30.0)
     assert add_forecasts(before, 0.02).warnings == before.warnings
 
 
-def test_one_position_cannot_place_a_model_and_says_why() -> None:
+def test_single_position_cannot_register_a_model_and_gives_the_reason() -> None:
     found = forecast("receiver", np.zeros((1, 3)), (3.0, 6.0))
     assert found.worst_95_deg is None
     assert found.why_not is not None
     assert found.why_not.code == "registration.too-few-points"
 
 
-def test_what_is_no_length_is_refused() -> None:
+def test_invalid_receiver_error_is_rejected() -> None:
     for bad in (0.0, -1.0, float("nan"), 1e9):
         with refused("option.out-of-range", UsageError, field="--receiver"):
             PlanOptions(width_m=20.0, height_m=10.0, receiver_m=bad)
 
 
-def test_the_interface_has_it_too() -> None:
+def test_plan_function_reports_the_forecasts_and_warnings() -> None:
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         made = vs.plan(

@@ -71,7 +71,7 @@ def test_blur_is_the_sigma_of_an_edge(sigma: float) -> None:
 
 
 @pytest.mark.parametrize("sigma", [1.0, 2.0, 4.0])
-def test_noise_hardly_changes_it(sigma: float) -> None:
+def test_noise_barely_changes_the_blur(sigma: float) -> None:
     assert blur(edges(sigma, noise=3.0)) == pytest.approx(sigma, rel=0.2)
 
 
@@ -83,12 +83,12 @@ def test_motion_in_one_direction_counts_as_blur() -> None:
     assert blur(sharp) < 1.3
 
 
-def test_a_picture_of_nothing_has_no_blur() -> None:
+def test_featureless_picture_has_no_blur_value() -> None:
     assert blur(np.full((300, 300), 128, np.uint8)) is None
     assert blur(np.full((5, 5), 128, np.uint8)) is None
 
 
-def test_more_blur_is_always_more_on_real_photos(data_dir: Path) -> None:
+def test_blurring_real_photos_always_increases_the_blur(data_dir: Path) -> None:
     from vomstudio.io.photos.pixels import grey
 
     for path in ("saint_martin/IMGP4169.JPG", "brighton_beach/images/DJI_0025.JPG"):
@@ -98,7 +98,7 @@ def test_more_blur_is_always_more_on_real_photos(data_dir: Path) -> None:
         assert values[1] == pytest.approx(3.0, rel=0.45)
 
 
-def test_interpolation_leaves_its_period() -> None:
+def test_interpolation_is_detected_by_its_period() -> None:
     rng = np.random.default_rng(2)
     sharp = rng.integers(0, 255, (700, 700)).astype(np.uint8)
     assert measure_resampling(sharp) < 8
@@ -106,7 +106,7 @@ def test_interpolation_leaves_its_period() -> None:
     assert measure_resampling(larger) > 40
 
 
-def test_linear_light_is_srgb() -> None:
+def test_srgb_values_are_converted_to_linear_light() -> None:
     found = linear_light(np.array([0, 10, 188, 255], np.uint8))
     # IEC 61966-2-1: 188 is half the light, nearly.
     assert found == pytest.approx([0.0, 10 / 255 / 12.92, 0.503, 1.0], abs=2e-3)
@@ -123,7 +123,7 @@ def pair(tmp_path: Path, *stations, focal=(720.0, 720.0)):
     return compare_pair(0, 1, a, b)
 
 
-def test_overlap_pixel_ratio_and_baseline_are_those_of_the_cameras(tmp_path: Path) -> None:
+def test_overlap_pixel_ratio_and_baseline_match_the_cameras(tmp_path: Path) -> None:
     # 8 m away a photo shows 800 / 720 * 8 = 8.89 m; a step of 2.22 m leaves three quarters.
     found = pair(tmp_path, ((-1, 3, 8), (-1, 3, 0)), ((1.222, 3, 8), (1.222, 3, 0)))
     assert found is not None
@@ -133,7 +133,7 @@ def test_overlap_pixel_ratio_and_baseline_are_those_of_the_cameras(tmp_path: Pat
     assert found.turn_deg == pytest.approx(0.0, abs=1.0)
 
 
-def test_twice_the_distance_doubles_the_pixel(tmp_path: Path) -> None:
+def test_doubling_the_distance_doubles_the_pixel_size(tmp_path: Path) -> None:
     found = pair(tmp_path, ((0, 4, 10), (0, 4, 0)), ((0, 4, 5), (0, 4, 0)))
     assert found is not None
     # A pixel of the first covers two of the second.
@@ -147,7 +147,7 @@ def test_turning_on_the_spot_has_no_baseline(tmp_path: Path) -> None:
     assert found.turn_deg == pytest.approx(2 * math.degrees(math.atan(1.2 / 8)), abs=0.5)
 
 
-def test_other_rock_does_not_match(tmp_path: Path) -> None:
+def test_photos_of_other_rock_do_not_match(tmp_path: Path) -> None:
     photo_maker.write_photo(tmp_path / "a.jpg", pixels=wall.render((0, 3, 8), (0, 3, 0)))
     photo_maker.write_photo(tmp_path / "b.jpg", pixels=wall.render((0, 3, 8), (0, 3, 0), seed=9))
     a, b = (extract_features(photo) for photo in read_photos(tmp_path).photos)
@@ -171,7 +171,7 @@ def test_view_directions_are_chained_over_the_set(tmp_path: Path) -> None:
             )
 
 
-def test_large_sets_are_compared_with_their_neighbours_only() -> None:
+def test_photos_of_large_sets_are_compared_only_with_neighbours() -> None:
     assert len(choose_check_pairs(20)) == 190
     chosen = choose_check_pairs(500)
     assert len(chosen) < 500 * 8
@@ -182,7 +182,7 @@ def test_large_sets_are_compared_with_their_neighbours_only() -> None:
 
 
 @pytest.mark.full
-def test_parts_of_a_large_set_are_joined_by_a_second_look(monkeypatch, tmp_path: Path) -> None:
+def test_components_of_a_large_set_are_joined_in_a_second_pass(monkeypatch, tmp_path: Path) -> None:
     from vomstudio.photogrammetry.survey import overlap
 
     # As if eight photos were many: only neighbours in order are compared at first.
@@ -196,7 +196,7 @@ def test_parts_of_a_large_set_are_joined_by_a_second_look(monkeypatch, tmp_path:
 
 # -- whole sets ----------------------------------------------------------------------------------
 @pytest.mark.full
-def test_a_good_set_is_left_in_peace(tmp_path: Path) -> None:
+def test_good_photo_set_has_no_serious_findings(tmp_path: Path) -> None:
     report = check_photos(read_photos(wall.write_set(tmp_path, wall.good_stations()[:12])))
     assert codes(report) == set(), report.findings
     assert report.assessment[0].code == "survey.sound"
@@ -205,7 +205,7 @@ def test_a_good_set_is_left_in_peace(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_blurred_dark_and_strange_photos_are_named(tmp_path: Path) -> None:
+def test_blurred_dark_and_unrelated_photos_are_reported(tmp_path: Path) -> None:
     change = {
         2: lambda p: cv2.GaussianBlur(p, (0, 0), 4),
         5: lambda p: (p * 0.5).astype(np.uint8),
@@ -223,7 +223,7 @@ def test_blurred_dark_and_strange_photos_are_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_black_photos_are_not_the_measure_of_the_others(tmp_path: Path) -> None:
+def test_black_photos_do_not_affect_the_brightness_reference(tmp_path: Path) -> None:
     dark = {i: (lambda p: np.zeros_like(p) + 3) for i in (1, 2, 3)}
     report = check_photos(read_photos(wall.write_set(tmp_path, few(5), change=dark)))
     assert finding(report, "exposure").values["photos"] == ("w01.jpg", "w02.jpg", "w03.jpg")
@@ -231,7 +231,7 @@ def test_black_photos_are_not_the_measure_of_the_others(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_photos_of_two_places_are_two_parts(tmp_path: Path) -> None:
+def test_photos_of_two_places_are_reported_as_two_components(tmp_path: Path) -> None:
     stations = few(4)
     change = {i: (lambda p, s=s: wall.render(*s, seed=5)) for i, s in enumerate(stations)}
     wall.write_set(tmp_path, stations)
@@ -242,7 +242,7 @@ def test_photos_of_two_places_are_two_parts(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_one_view_direction_is_a_risk_of_doming(tmp_path: Path) -> None:
+def test_single_view_direction_is_reported_as_a_risk_of_doming(tmp_path: Path) -> None:
     stations = [((x, 3, 8), (x, 3, 0)) for x in np.arange(-4, 4.1, 1.2)]
     report = check_photos(read_photos(wall.write_set(tmp_path, stations)))
     assert finding(report, "one-direction").values["value"] < 3
@@ -251,7 +251,7 @@ def test_one_view_direction_is_a_risk_of_doming(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_several_photos_from_one_position_are_named(tmp_path: Path) -> None:
+def test_photos_from_one_position_are_reported(tmp_path: Path) -> None:
     spot = (0.0, 3.0, 8.0)
     stations = [*few(5), (spot, (-1.5, 3, 0)), (spot, (1.5, 3, 0))]
     report = check_photos(read_photos(wall.write_set(tmp_path, stations)))
@@ -259,7 +259,7 @@ def test_several_photos_from_one_position_are_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_little_overlap_is_measured(tmp_path: Path) -> None:
+def test_low_overlap_is_measured_and_reported(tmp_path: Path) -> None:
     # 8.9 m are seen; steps of 6 m leave a third.
     stations = [((x, 4, 8), (x, 4, 0)) for x in (-6.0, 0.0, 6.0)]
     report = check_photos(read_photos(wall.write_set(tmp_path, stations)))
@@ -270,7 +270,7 @@ def test_little_overlap_is_measured(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_digital_zoom_is_told_by_tag_and_by_the_35_mm_value(tmp_path: Path) -> None:
+def test_digital_zoom_is_detected_by_tag_and_by_35_mm_equivalent(tmp_path: Path) -> None:
     wall.write_set(tmp_path, few(3), exif={0xA404: photo_maker.rational(2.0)})
     wall.write_set(tmp_path / "b", few(3))
     wall.write_set(tmp_path / "c", few(1), focal=1500.0)
@@ -280,7 +280,7 @@ def test_digital_zoom_is_told_by_tag_and_by_the_35_mm_value(tmp_path: Path) -> N
 
 
 @pytest.mark.full
-def test_gps_that_is_everywhere_the_same_is_useless(tmp_path: Path) -> None:
+def test_identical_gps_positions_are_reported(tmp_path: Path) -> None:
     here = ((0, 0, 8), (0, 0, 0))
     wall.write_set(tmp_path, few(4), gps=False)
     for i in range(3):
@@ -294,7 +294,7 @@ def test_gps_that_is_everywhere_the_same_is_useless(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_gps_of_metres_over_a_small_wall_cannot_orient_it(tmp_path: Path) -> None:
+def test_metre_gps_over_a_small_wall_is_reported_as_too_noisy(tmp_path: Path) -> None:
     stations = wall.good_stations()[::3]
     report = check_photos(read_photos(wall.write_set(tmp_path, stations, accuracy_m=3.0)))
     found = finding(report, "gps-noise")
@@ -303,7 +303,7 @@ def test_gps_of_metres_over_a_small_wall_cannot_orient_it(tmp_path: Path) -> Non
     assert ADVICE["gps-noise"] in report.next_time
 
 
-def test_no_two_photos_of_the_same_rock_is_an_error(tmp_path: Path) -> None:
+def test_set_without_matching_photos_is_an_error(tmp_path: Path) -> None:
     for seed in range(3):
         pixels = wall.render((0, 3, 8), (0, 3, 0), seed=20 + seed)
         photo_maker.write_photo(tmp_path / f"{seed}.jpg", pixels=pixels)
@@ -312,7 +312,7 @@ def test_no_two_photos_of_the_same_rock_is_an_error(tmp_path: Path) -> None:
     assert report.assessment[0].code == "survey.incomplete"
 
 
-def test_one_photo_and_photos_of_nothing_are_answered(tmp_path: Path) -> None:
+def test_single_and_featureless_photos_are_reported(tmp_path: Path) -> None:
     photo_maker.write_photo(tmp_path / "a.jpg", pixels=np.full((300, 400), 90, np.uint8))
     assert "one-photo" in codes(check_photos(read_photos(tmp_path)))
     photo_maker.write_photo(tmp_path / "b.jpg", pixels=np.full((8, 8), 91, np.uint8))
@@ -320,7 +320,7 @@ def test_one_photo_and_photos_of_nothing_are_answered(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_photos_that_a_program_turned_are_told_apart(tmp_path: Path) -> None:
+def test_photos_rotated_by_software_are_reported(tmp_path: Path) -> None:
     wall.write_set(tmp_path, few(3), change={1: lambda p: np.rot90(p)})
     report = check_photos(read_photos(tmp_path))
     assert {"several-cameras", "survey.turned-photos"} <= codes(report, grave=False)
@@ -329,7 +329,7 @@ def test_photos_that_a_program_turned_are_told_apart(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_a_photo_that_cannot_be_decoded_is_a_finding(tmp_path: Path) -> None:
+def test_undecodable_photo_is_reported(tmp_path: Path) -> None:
     wall.write_set(tmp_path, few(5))
     path = photo_maker.write_photo(tmp_path / "z.png", (300, 300))
     data = path.read_bytes()
@@ -383,7 +383,7 @@ def test_brighton_looks_straight_down_and_panel17_has_useless_gps(data_dir: Path
 
 
 # -- positions and words -------------------------------------------------------------------------
-def test_degrees_become_metres(tmp_path: Path) -> None:
+def test_gps_degrees_are_converted_to_metres(tmp_path: Path) -> None:
     import pyproj
 
     for i, (lat, lon) in enumerate(((46.0, 7.0), (46.001, 7.002), (45.999, 7.001))):
@@ -403,7 +403,7 @@ def test_degrees_become_metres(tmp_path: Path) -> None:
     assert found[:, 2] == pytest.approx([-10, 0, 10])
 
 
-def test_the_rotation_error_is_that_of_a_simulation() -> None:
+def test_rotation_error_matches_a_simulation() -> None:
     rng = np.random.default_rng(4)
     places = rng.normal(size=(12, 3)) * [15.0, 4.0, 1.0]
     stated, axis = rotation_error95_deg(places, 0.1)
@@ -417,7 +417,7 @@ def test_the_rotation_error_is_that_of_a_simulation() -> None:
     assert float(np.quantile(turns, 0.95)) == pytest.approx(stated, rel=0.15)
 
 
-def test_positions_in_a_line_hold_nothing() -> None:
+def test_collinear_positions_do_not_determine_the_rotation() -> None:
     line = np.arange(5.0)[:, None] * [1.0, 2.0, 0.5]
     assert rotation_error95_deg(line, 0.1)[0] == 180
     assert width_to_length_ratio(line) == pytest.approx(0, abs=1e-12)
@@ -426,7 +426,7 @@ def test_positions_in_a_line_hold_nothing() -> None:
     assert width_to_length_ratio(square) == pytest.approx(1)
 
 
-def test_the_size_of_a_pixel_needs_a_distance(tmp_path: Path) -> None:
+def test_pixel_size_requires_a_distance(tmp_path: Path) -> None:
     photo_maker.write_photo(tmp_path / "a.jpg", (400, 300), exif={0xA405: photo_maker.short(36)})
     (photo,) = read_photos(tmp_path).photos
     assert pixel_size(photo) is None
@@ -434,7 +434,7 @@ def test_the_size_of_a_pixel_needs_a_distance(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("pixel", [0.0005, 0.004, 0.018, 0.25])
-def test_sizes_of_planes_are_written_as_every_other_length(pixel: float) -> None:
+def test_plane_sizes_are_formatted_like_other_lengths(pixel: float) -> None:
     planes = PlaneSizes.from_pixel_size(pixel)
     large = length_text(1000 * pixel, 2)
     small = length_text(planes.size_for_error(5.0), 2)
@@ -448,7 +448,7 @@ def test_sizes_of_planes_are_written_as_every_other_length(pixel: float) -> None
     assert unscaled.values["textbook_size"] == length_text(1000 * pixel, 2, is_metric=False)
 
 
-def test_the_verdict_never_states_the_size_of_a_plane_without_its_angle() -> None:
+def test_verdict_always_states_the_angle_with_the_size_of_a_plane() -> None:
     *_, expected = assess([], 0.018)
     assert expected.code == "survey.planes-by-photos"
     assert (expected.values["size"], expected.values["textbook_size"]) == ("1.8 m", "18 m")

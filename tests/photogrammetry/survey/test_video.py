@@ -34,7 +34,7 @@ def film(path: Path, offsets, blurs=None, size=(1000, 560)) -> Path:
 
 
 @pytest.mark.full
-def test_a_smooth_pan_gives_frames_at_the_rate_that_was_asked(tmp_path: Path) -> None:
+def test_smooth_pan_gives_frames_at_the_requested_rate(tmp_path: Path) -> None:
     video = film(tmp_path / "pan.avi", np.arange(100) * 12.0)
     report = take_frames(video, tmp_path / "out", fps=2)
     assert len(report.frames) == 10
@@ -48,7 +48,7 @@ def test_a_smooth_pan_gives_frames_at_the_rate_that_was_asked(tmp_path: Path) ->
     assert len(json.loads((tmp_path / "out" / "frames.json").read_text())["frames"]) == 10
 
 
-def test_the_sharpest_frame_of_a_moment_is_taken(tmp_path: Path) -> None:
+def test_sharpest_frame_of_each_interval_is_selected(tmp_path: Path) -> None:
     blurs = [3.0] * 60
     for sharp in (4, 24, 48):
         blurs[sharp] = 0
@@ -59,7 +59,7 @@ def test_the_sharpest_frame_of_a_moment_is_taken(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_standing_still_and_blur_are_skipped_by_reason(tmp_path: Path) -> None:
+def test_static_and_blurred_frames_are_skipped_with_their_reason(tmp_path: Path) -> None:
     offsets = [*np.arange(60) * 12.0, *[720.0] * 40, *(720 + np.arange(60) * 12.0)]
     blurs = [0.0] * 120 + [6.0] * 40
     report = take_frames(film(tmp_path / "a.avi", offsets, blurs), tmp_path / "out", fps=2)
@@ -69,7 +69,7 @@ def test_standing_still_and_blur_are_skipped_by_reason(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_a_hopeless_video_is_given_up_in_words(tmp_path: Path) -> None:
+def test_unusable_video_is_reported_with_the_reason(tmp_path: Path) -> None:
     blurs = [0.0] * 40 + [7.0] * 100
     report = take_frames(
         film(tmp_path / "a.avi", np.arange(140) * 10.0, blurs), tmp_path / "out", fps=2
@@ -80,7 +80,7 @@ def test_a_hopeless_video_is_given_up_in_words(tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_what_is_no_video_is_refused_and_leaves_nothing(tmp_path: Path) -> None:
+def test_invalid_video_is_rejected_and_leaves_no_files(tmp_path: Path) -> None:
     for name, content, code in (
         ("a.mp4", b"", "file.empty"),
         ("b.mp4", b"not a video" * 99, "video.not-a-video"),
@@ -99,7 +99,7 @@ def test_what_is_no_video_is_refused_and_leaves_nothing(tmp_path: Path) -> None:
     assert not list(tmp_path.glob(".vom*"))
 
 
-def test_a_cut_off_video_gives_what_it_has(tmp_path: Path) -> None:
+def test_truncated_video_gives_its_readable_frames(tmp_path: Path) -> None:
     video = film(tmp_path / "a.avi", np.arange(60) * 12.0)
     data = video.read_bytes()
     video.write_bytes(data[: int(len(data) * 0.6)])
@@ -107,7 +107,7 @@ def test_a_cut_off_video_gives_what_it_has(tmp_path: Path) -> None:
     assert 2 <= len(report.frames) <= 5
 
 
-def test_folders_in_use_are_not_touched_but_our_own_is_replaced(tmp_path: Path) -> None:
+def test_folder_with_other_files_needs_force_and_earlier_output_is_replaced(tmp_path: Path) -> None:
     video = film(tmp_path / "a.avi", np.arange(40) * 12.0)
     target = tmp_path / "out"
     target.mkdir()
@@ -125,7 +125,7 @@ def test_folders_in_use_are_not_touched_but_our_own_is_replaced(tmp_path: Path) 
         take_frames(video, video)
 
 
-def test_it_can_be_cancelled_and_leaves_nothing(tmp_path: Path) -> None:
+def test_cancelled_extraction_leaves_no_files(tmp_path: Path) -> None:
     video = film(tmp_path / "a.avi", np.arange(40) * 12.0)
     token = CancelToken()
     token.cancel()
@@ -140,7 +140,7 @@ def test_impossible_rates_are_refused(fps: float) -> None:
         VideoFrameOptions(fps=fps)
 
 
-def test_lists_and_numbered_names_open_no_other_files(tmp_path: Path) -> None:
+def test_playlists_and_numbered_names_open_no_other_files(tmp_path: Path) -> None:
     real = film(tmp_path / "real.avi", np.arange(60) * 10.0)
     assert take_frames(real, tmp_path / "real", fps=2).frames
     still = cv2.imencode(".jpg", np.random.default_rng(1).integers(0, 255, (90, 120, 3)))[1]
@@ -162,7 +162,7 @@ def test_lists_and_numbered_names_open_no_other_files(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "ending", first_in_default_tier(["avi", "mp4", "mov", "mkv", "webm", "mpg", "ts"], 2)
 )
-def test_films_of_all_kinds_that_are_named_are_known(tmp_path: Path, ending: str) -> None:
+def test_all_listed_video_formats_are_read(tmp_path: Path, ending: str) -> None:
     """Written by FFmpeg, where the installed one can."""
     codec = {"avi": "MJPG", "webm": "VP80", "mpg": "PIM1", "ts": "mp4v"}.get(ending, "mp4v")
     path = tmp_path / f"a.{ending}"

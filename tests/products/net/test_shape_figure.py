@@ -27,7 +27,7 @@ def rows_of(*clouds: np.ndarray) -> list:
     return fitted_planes([f"p{i}" for i in range(len(clouds))], points, offsets).rows
 
 
-def test_symbols_stand_at_the_indices_of_the_textbook() -> None:
+def test_symbols_are_at_the_textbook_indices() -> None:
     """l1 = 0.6, l2 = 0.39, l3 = 0.01: coplanarity 1 / 0.01, collinearity 0.6 / 0.39."""
     axes = Figure().add_subplot()
     assert draw_shapes(axes, rows_of(cloud(0.6, 0.39, 0.01), cloud(0.9, 0.08, 0.02))) == 2
@@ -40,7 +40,7 @@ def test_symbols_stand_at_the_indices_of_the_textbook() -> None:
     assert result == [pytest.approx((0.6 / 0.39, 100.0)), pytest.approx((0.9 / 0.08, 50.0))]
 
 
-def test_no_symbol_lies_where_the_second_value_would_be_under_the_third() -> None:
+def test_collinearity_never_exceeds_coplanarity_minus_two() -> None:
     rng = np.random.default_rng(1)
     rows = rows_of(*(rng.normal(size=(12, 3)) * rng.uniform(0.01, 1, 3) for _ in range(200)))
     assert all(row["collinearity"] <= row["coplanarity"] - 2.0 + 1e-9 for row in rows)
@@ -54,7 +54,7 @@ def test_the_figure_is_written(tmp_path: Path, format_: str) -> None:
     assert write_shapes(path, [], format=format_) == 0
 
 
-def test_no_name_lies_over_another_or_over_a_symbol() -> None:
+def test_names_overlap_neither_each_other_nor_symbols() -> None:
     """Forty planes of nearly one shape, with long names; one far from them keeps its own."""
     rng = np.random.default_rng(5)
     clouds = [cloud(0.9, 0.08 * s, 0.02) for s in rng.uniform(0.8, 1.2, 40)]

@@ -10,7 +10,7 @@ from vomstudio.products.net.slope_figure import _daylight_envelope
 
 
 @pytest.mark.parametrize("dip", [20.0, 60.0, 84.0, 89.0, 89.99, 90.0])
-def test_the_line_of_dip_of_each_pole_lies_in_the_face(dip: float) -> None:
+def test_dip_line_of_each_envelope_pole_is_in_the_slope_face(dip: float) -> None:
     poles = _daylight_envelope(dip)
     assert np.linalg.norm(poles, axis=1) == pytest.approx(1.0)
     assert (poles[:, 2] <= 1e-9).all()
@@ -27,7 +27,7 @@ def test_the_line_of_dip_of_each_pole_lies_in_the_face(dip: float) -> None:
     assert deepest == pytest.approx(dip, abs=1e-6)
 
 
-def test_of_a_vertical_face_it_is_half_the_net() -> None:
+def test_envelope_of_a_vertical_face_covers_half_the_net() -> None:
     places = nets.project(_daylight_envelope(90.0))
     x, y = np.append(places, places[:1], axis=0).T
     area = 0.5 * abs(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))

@@ -42,7 +42,7 @@ def grid(**more) -> FaceGrid:
     return FaceGrid(**{**fields, **more})
 
 
-def test_cells_lie_where_the_model_stands() -> None:
+def test_cells_move_with_the_placed_model() -> None:
     """Turned by 30 degrees, doubled and shifted with it."""
     turn = Rotation.from_euler("z", -30, degrees=True).as_matrix()
     matrix = np.eye(4)

@@ -86,7 +86,7 @@ def refused(path: Path, azimuth: str | None = None) -> InputError | UsageError:
         "id,strike,dip,dip_dir\na,30,40,120\n",
     ],
 )
-def test_one_plane_written_in_any_usual_way_is_the_same_plane(table: Write, text: str) -> None:
+def test_one_plane_in_any_common_notation_is_the_same_plane(table: Write, text: str) -> None:
     found = read_orientations(table(text))
     assert only_plane(found) == pytest.approx((DIP_DIRECTION, DIP))
     assert found.convention.startswith("planes ")
@@ -102,7 +102,7 @@ def test_one_plane_written_in_any_usual_way_is_the_same_plane(table: Write, text
         "trend,plunge\nN60W,50°\n",
     ],
 )
-def test_one_line_written_in_any_usual_way_is_the_same_line(table: Write, text: str) -> None:
+def test_one_line_in_any_common_notation_is_the_same_line(table: Write, text: str) -> None:
     found = read_orientations(table(text))
     assert found.is_plane.tolist() == [False]
     assert (found.trend_deg[0], found.plunge_deg[0]) == (300.0, 50.0)
@@ -112,71 +112,71 @@ def test_one_line_written_in_any_usual_way_is_the_same_line(table: Write, text: 
 @pytest.mark.parametrize(
     "text", ["azimuth,dip\n30,40\n", "AZ dip\n30 40\n", "30 40\n", "30,40,9\n"]
 )
-def test_an_azimuth_alone_is_refused_until_its_meaning_is_given(table: Write, text: str) -> None:
+def test_azimuth_of_unknown_meaning_is_rejected_until_specified(table: Write, text: str) -> None:
     path = table(text)
     assert "--azimuth strike" in refused(path).message
     assert only_plane(read_orientations(path, "strike")) == pytest.approx((120.0, 40.0))
     assert only_plane(read_orientations(path, "dipdir")) == pytest.approx((30.0, 40.0))
 
 
-def test_a_named_column_needs_no_azimuth_option_and_is_not_turned_by_it(table: Write) -> None:
+def test_named_column_needs_no_azimuth_option_and_ignores_it(table: Write) -> None:
     path = table("strike,dip\n30,40\n")
     assert only_plane(read_orientations(path, "dipdir")) == pytest.approx((120.0, 40.0))
 
 
-def test_the_right_hand_rule_is_used_where_a_quadrant_is_empty(table: Write) -> None:
+def test_right_hand_rule_is_used_if_a_quadrant_is_empty(table: Write) -> None:
     found = read_orientations(table("strike,dip,quadrant\n30,40,\n30,40,NW\n"))
     assert found.dip_direction_deg.tolist() == pytest.approx([120.0, 300.0])
 
 
-def test_compass_points_of_unknown_meaning_are_not_used_and_told(table: Write) -> None:
+def test_compass_points_of_unknown_meaning_are_ignored_and_reported(table: Write) -> None:
     found = read_orientations(table("strike,dip,limb\n30,40,NE\n"))
     assert found.dip_direction_deg[0] == pytest.approx(DIP_DIRECTION)
     assert by_code(found.warnings)["orientation.quadrants-unused"] == {"columns": "'limb'"}
 
 
-def test_a_quadrant_along_the_strike_is_refused_by_line(table: Write) -> None:
+def test_quadrant_along_the_strike_is_rejected_with_its_line(table: Write) -> None:
     error = refused(table("strike,dip,quadrant\n30,40,SE\n0,40,N\n"))
     assert error.line == 3
 
 
-def test_a_strike_column_that_contradicts_the_dip_direction_is_named(table: Write) -> None:
+def test_strike_column_contradicting_the_dip_direction_is_reported(table: Write) -> None:
     found = read_orientations(table("strike,dip,dip_dir\n30,40,120\n210,40,120\n"))
     assert found.dip_direction_deg.tolist() == [120.0, 120.0]
     assert by_code(found.warnings)["orientation.strike-differs"]["lines"] == (3,)
 
 
-def test_strikes_by_the_left_hand_rule_beside_dip_directions_are_named(table: Write) -> None:
+def test_left_hand_strikes_beside_dip_directions_are_reported(table: Write) -> None:
     found = read_orientations(table("strike,dip,dip_dir\n210,40,120\n100,50,10\n0,0,0\n,20,30\n"))
     assert list(by_code(found.warnings)) == ["orientation.strike-left-hand"]
     assert found.dip_direction_deg.tolist() == [120.0, 10.0, 0.0, 30.0]
 
 
-def test_azimuths_over_360_are_wrapped_and_said(table: Write) -> None:
+def test_azimuths_over_360_are_wrapped_and_reported(table: Write) -> None:
     found = read_orientations(table("strike,dip\n390,40\n-330,40\n360,10\n30,40\n"))
     assert found.dip_direction_deg.tolist() == pytest.approx([120.0, 120.0, 90.0, 120.0])
     assert by_code(found.warnings)["orientation.azimuths-wrapped"]["lines"] == (2, 3)
 
 
-def test_a_strike_over_360_beside_a_quadrant_is_wrapped_and_said(table: Write) -> None:
+def test_strike_over_360_beside_a_quadrant_is_wrapped_and_reported(table: Write) -> None:
     found = read_orientations(table("strike,dip,quadrant\n390,40,SE\n30,40,SE\n"))
     assert found.dip_direction_deg.tolist() == pytest.approx([120.0, 120.0])
     assert by_code(found.warnings)["orientation.azimuths-wrapped"]["lines"] == (2,)
 
 
 @pytest.mark.parametrize("dip", ["90.5", "-1", "inf", "120"])
-def test_a_dip_outside_0_to_90_is_named_by_line(table: Write, dip: str) -> None:
+def test_dip_outside_0_to_90_is_rejected_with_its_line(table: Write, dip: str) -> None:
     error = refused(table(f"strike,dip\n30,40\n30,{dip}\n"))
     assert (error.line, error.field) == (3, "dip")
 
 
 @pytest.mark.parametrize("azimuth", ["721", "-400", "inf", "1e308"])
-def test_an_azimuth_beyond_all_reason_is_named_by_line(table: Write, azimuth: str) -> None:
+def test_impossible_azimuth_is_rejected_with_its_line(table: Write, azimuth: str) -> None:
     error = refused(table(f"dipdir,dip\n30,40\n{azimuth},40\n"))
     assert (error.line, error.field) == (3, "dipdir")
 
 
-def test_rows_without_angles_are_dropped_by_line(table: Write) -> None:
+def test_rows_without_angles_are_dropped_and_reported_by_line(table: Write) -> None:
     found = read_orientations(table("id,strike,dip\na,30,40\nb,,40\nc,30,nan\nd,40,50\n"))
     assert found.ids == ("a", "d")
     assert found.dropped == (3, 4)
@@ -214,7 +214,7 @@ def test_a_directed_line_may_point_up(table: Write) -> None:
         ("dip direction,dip\n-120°,40\n", None, None),
     ],
 )
-def test_what_is_no_orientation_table_is_refused_with_the_reason(
+def test_invalid_orientation_table_is_rejected_with_the_reason(
     table: Write, text: str, code: str | None, value: object
 ) -> None:
     error = refused(table(text))
@@ -230,7 +230,7 @@ def test_planes_and_lines_may_share_a_table(table: Write) -> None:
     assert poles[0] == pytest.approx(poles[1])
 
 
-def test_the_file_of_strikes_and_dips_gives_the_published_fold_axis(data_dir: Path) -> None:
+def test_strike_and_dip_file_gives_the_published_fold_axis(data_dir: Path) -> None:
     found = read_orientations(data_dir / "planes" / "big_elk_strike_dip.txt", "strike")
     assert len(found) == 61
     axis = fold_axis(found.dip_direction_deg, found.dip_deg)
@@ -250,7 +250,7 @@ def a_plane(**metadata: object) -> Row:
     return plane_row(fit, verdict, resolution_m=0.05, **metadata)
 
 
-def test_a_row_has_exactly_the_promised_columns_in_order() -> None:
+def test_row_has_exactly_the_documented_columns_in_order() -> None:
     # The contract of the command line: other programs count on names and order.
     assert COLUMNS == (
         "id",
@@ -326,7 +326,7 @@ def test_a_row_has_exactly_the_promised_columns_in_order() -> None:
         a_plane(colour="red")
 
 
-def test_the_angles_of_a_row_are_of_one_plane() -> None:
+def test_angles_of_a_row_describe_one_plane() -> None:
     row = a_plane()
     # z = 0.3 x - 0.2 y dips against its gradient, with the gradient's slope.
     assert row["dip_direction_deg"] == pytest.approx(
@@ -344,7 +344,7 @@ def test_the_angles_of_a_row_are_of_one_plane() -> None:
     assert row["trend_deg"] is None
 
 
-def test_the_error_of_the_registration_widens_the_total() -> None:
+def test_registration_error_widens_the_total_error() -> None:
     fit = fit_plane(np.array([[0, 0, 0], [9, 0, 0.1], [0, 9, 0], [9, 9, 0], [4, 5, 0.1]]))
     verdict = judge(fit, resolution_m=None, outcrop_normal=None)
     row = plane_row(fit, verdict, registration_error_deg=2.0)
@@ -360,7 +360,7 @@ def test_the_error_of_the_registration_widens_the_total() -> None:
 
 
 @pytest.mark.parametrize("registration_deg", [None, 2.0])
-def test_the_covariance_of_the_normal_has_the_total_error(registration_deg: float | None) -> None:
+def test_covariance_of_the_normal_matches_the_total_error(registration_deg: float | None) -> None:
     """Its axes are the normal, the direction in which the plane tilts most, and that across it."""
     row = a_plane(registration_error_deg=registration_deg)
     covariance = covariance_of(row)
@@ -376,7 +376,7 @@ def test_the_covariance_of_the_normal_has_the_total_error(registration_deg: floa
     assert abs(axes[:, 2] @ tilt) == pytest.approx(1.0)
 
 
-def test_a_table_of_covariances_turns_with_the_world() -> None:
+def test_covariance_table_rotates_with_the_world() -> None:
     rng = np.random.default_rng(3)
     points = rng.normal(0, [4, 2, 0.02], (30, 3)) @ np.linalg.qr(rng.normal(size=(3, 3)))[0]
     turn = np.array(
@@ -389,7 +389,7 @@ def test_a_table_of_covariances_turns_with_the_world() -> None:
     assert turned == pytest.approx(turn @ first @ turn.T, abs=1e-9)
 
 
-def test_rows_of_many_planes_are_those_of_each_plane() -> None:
+def test_batch_rows_equal_the_rows_of_single_planes() -> None:
     rng = np.random.default_rng(5)
     fits = []
     for number in range(300):
@@ -414,7 +414,7 @@ def covariance_of(row: Row) -> np.ndarray:
     return np.array([[ee, en, eu], [en, nn, nu], [eu, nu, uu]])
 
 
-def test_three_points_have_no_errors_and_no_numbers_are_made_up() -> None:
+def test_three_points_have_no_errors_and_only_finite_values() -> None:
     fit = fit_plane(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 1]]))
     row = plane_row(fit, judge(fit, resolution_m=None, outcrop_normal=None))
     assert row["max_confidence95_deg"] is None
@@ -422,7 +422,7 @@ def test_three_points_have_no_errors_and_no_numbers_are_made_up() -> None:
     assert not any(isinstance(v, float) and not math.isfinite(v) for v in row.values())
 
 
-def test_our_own_table_comes_back_as_it_was_written(tmp_path: Path) -> None:
+def test_written_table_is_read_unchanged(tmp_path: Path) -> None:
     rows = [
         a_plane(id="#1", name='a, "b"', kind="bedding", set="hanging wall", notes="two\nlines"),
         a_plane(id="2", name="Schüttung", kind="joint", overturned=True),
@@ -445,7 +445,7 @@ def test_our_own_table_comes_back_as_it_was_written(tmp_path: Path) -> None:
     assert found.warnings == ()
 
 
-def test_the_written_table_says_its_frame_and_is_plain_csv_for_others(tmp_path: Path) -> None:
+def test_written_table_states_its_frame_and_is_plain_csv(tmp_path: Path) -> None:
     path = tmp_path / "out.csv"
     write_orientation_csv(path, [a_plane(id="1")], crs="EPSG:32615", notes=["project:\nMine"])
     lines = path.read_text(encoding="utf-8").splitlines()
@@ -479,7 +479,7 @@ def test_an_existing_table_is_not_replaced(tmp_path: Path) -> None:
     assert path.read_text() == "mine"
 
 
-def test_a_table_of_many_portions_holds_every_cell(tmp_path: Path) -> None:
+def test_table_written_in_many_chunks_contains_every_cell(tmp_path: Path) -> None:
     """Against the reader of the standard library; columns hold values of several classes."""
     rng = np.random.default_rng(2)
     words = ("", "plain", "a, b", 'said "so"', "# first", " spaced ", "two\nlines", None)

@@ -196,9 +196,7 @@ SHORT = {
 
 @pytest.mark.filterwarnings("ignore:'crs' was not provided:UserWarning")
 @pytest.mark.parametrize("name", first_in_default_tier(CASES, 4))
-def test_a_slip_comes_out_of_every_table_and_layer_as_it_was_worked_out(
-    tmp_path: Path, name: str
-) -> None:
+def test_slip_is_the_same_in_every_table_and_layer(tmp_path: Path, name: str) -> None:
     case = CASES[name]
     found = written(records_of(case), tmp_path)
     assert set(found) == {"csv", "lines", "lineations", "t_lines", "t_lineations"}
@@ -228,9 +226,7 @@ def agree(file: str, row: dict[str, Any], expected: dict[str, Any]) -> None:
 
 @pytest.mark.filterwarnings("ignore:'crs' was not provided:UserWarning")
 @pytest.mark.parametrize("name", first_in_default_tier(CASES, 4))
-def test_a_slip_does_not_depend_on_how_the_line_was_drawn_and_the_file_stands(
-    tmp_path: Path, name: str
-) -> None:
+def test_slip_does_not_depend_on_line_direction_or_file_axes(tmp_path: Path, name: str) -> None:
     """The line is drawn from its other end, in a file with y up and z south, in feet."""
     case = CASES[name]
     records = records_of(case)
@@ -248,7 +244,7 @@ def test_a_slip_does_not_depend_on_how_the_line_was_drawn_and_the_file_stands(
 
 
 @pytest.mark.parametrize("name", [n for n, case in CASES.items() if case.plane[1]])
-def test_a_sense_that_leaves_the_direction_open_is_kept_and_said(name: str) -> None:
+def test_sense_that_leaves_the_direction_open_is_kept_and_reported(name: str) -> None:
     case, records = CASES[name], records_of(CASES[name])
     from vomstudio.project.tables.project_table import project_table
 
@@ -259,7 +255,7 @@ def test_a_sense_that_leaves_the_direction_open_is_kept_and_said(name: str) -> N
         assert rows[sense or "none"]["slip_sense"] == (sense or None)
 
 
-def test_a_slip_on_a_plane_that_was_traced_is_counted_in_the_plane_that_its_row_states(
+def test_slip_on_a_traced_plane_refers_to_the_plane_stated_in_its_row(
     tmp_path: Path,
 ) -> None:
     """The plane is the fit of a trace, and its row and the line's say the same of it."""
@@ -279,7 +275,9 @@ def test_a_slip_on_a_plane_that_was_traced_is_counted_in_the_plane_that_its_row_
 
 
 @pytest.mark.parametrize(("code", "_"), CONFIDENCES)
-def test_how_sure_a_sense_is_stands_beside_it(tmp_path: Path, code: SlipConfidence, _: str) -> None:
+def test_slip_confidence_is_written_beside_the_sense(
+    tmp_path: Path, code: SlipConfidence, _: str
+) -> None:
     records = records_of(CASES["west, strike"])
     for id_ in ("dextral", "none"):
         records[id_] = replace(records[id_], slip_confidence=code)
@@ -291,7 +289,7 @@ def test_how_sure_a_sense_is_stands_beside_it(tmp_path: Path, code: SlipConfiden
         assert rows["none"][name] is None
 
 
-def test_a_line_whose_plane_is_gone_keeps_its_sense_and_has_no_rake(tmp_path: Path) -> None:
+def test_line_with_a_deleted_plane_keeps_its_sense_and_has_no_rake(tmp_path: Path) -> None:
     records = records_of(CASES["east, down dip"])
     del records["r1"]
     row = written(records, tmp_path)["csv"]["normal"]

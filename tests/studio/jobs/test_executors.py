@@ -60,14 +60,14 @@ def cluster(workers=2):
 
 
 @pytest.mark.parametrize("make", [InlineExecutor, lambda: Threads(2)])
-def test_every_item_is_done_once_and_counted(make):
+def test_every_item_is_processed_once_and_counted(make):
     progress = Counting()
     found = dict(make().map(square, range(20), progress))
     assert found == {n: n * n for n in range(20)}
     assert progress.steps == sorted(progress.steps)
 
 
-def test_items_are_made_only_as_they_are_needed():
+def test_items_are_generated_lazily():
     made = []
 
     def items():
@@ -82,12 +82,12 @@ def test_items_are_made_only_as_they_are_needed():
 
 
 @pytest.mark.parametrize("make", [InlineExecutor, lambda: Threads(2)])
-def test_what_an_item_fails_with_is_said(make):
+def test_error_of_an_item_is_raised(make):
     with refused("file.empty", file="3.jpg"):
         list(make().map(fail_at_three, range(6), SilentProgress()))
 
 
-def test_a_cancel_is_heard_while_an_item_is_worked_on():
+def test_cancelling_interrupts_the_current_item():
     token = CancelToken()
     threading.Timer(0.3, token.cancel).start()
     begun = time.monotonic()
@@ -96,18 +96,18 @@ def test_a_cancel_is_heard_while_an_item_is_worked_on():
     assert time.monotonic() - begun < 2.0
 
 
-def test_one_thread_is_no_thread():
+def test_one_thread_gives_the_inline_executor():
     assert isinstance(make_executor(1), InlineExecutor)
 
 
 @pytest.mark.full  # ten seconds until the connection is given up
-def test_a_scheduler_that_is_not_there_is_named():
+def test_unreachable_scheduler_is_named():
     with pytest.raises(UsageError, match=r"127\.0\.0\.1:1"):
         make_executor(None, "tcp://127.0.0.1:1")
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_a_cluster_does_the_same_work():
+def test_cluster_gives_the_same_results():
     with cluster() as made:
         executor = Cluster(made.scheduler_address)
         try:
@@ -121,7 +121,7 @@ def test_a_cluster_does_the_same_work():
             executor.close()
 
 
-def test_without_dask_the_extra_is_named():
+def test_missing_dask_error_names_the_extra():
     code = (
         "import sys; sys.modules['distributed'] = None\n"
         "from vomstudio.studio.jobs.executors import make_executor\n"

@@ -21,19 +21,19 @@ def loaded_for(name: str) -> set[str]:
     return {module.rpartition(".")[2] for module in done.stdout.split()}
 
 
-def test_opening_a_model_waits_for_no_other_jobs() -> None:
+def test_load_model_imports_only_model_tasks() -> None:
     assert loaded_for("load_model") == {"model_tasks"}
 
 
-def test_checking_photos_waits_for_no_products() -> None:
+def test_check_photos_does_not_import_other_tasks() -> None:
     assert not loaded_for("check_photos") & {"product_tasks", "registration_tasks", "surface_tasks"}
 
 
-def test_an_orthophoto_is_found_behind_all_of_them() -> None:
+def test_orthophoto_imports_product_tasks() -> None:
     assert "product_tasks" in loaded_for("orthophoto")
 
 
-def test_no_job_of_a_user_waits_for_the_compilation_of_kernels() -> None:
+def test_kernel_compilation_has_its_own_lane() -> None:
     """It takes minutes, and its process has a low priority."""
     from vomstudio.studio.jobs import tasks
     from vomstudio.studio.jobs.model_tasks import COMPILE_KERNELS

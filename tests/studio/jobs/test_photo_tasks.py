@@ -13,7 +13,7 @@ from vomstudio.studio.jobs.photo_tasks import CHECK_PHOTOS, PhotosRequest
 PHOTOS = Path(__file__).parents[2] / "specimens" / "photos"
 
 
-def test_a_check_is_repeated_only_for_other_photos(tmp_path: Path) -> None:
+def test_photo_check_is_repeated_only_if_the_photos_change(tmp_path: Path) -> None:
     folder, cache = tmp_path / "photos", tmp_path / "cache"
     folder.mkdir()
     for path in sorted(PHOTOS.glob("*.jpg"))[:2]:

@@ -9,7 +9,7 @@ from vomstudio.core.errors import UsageError
 from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 
 
-def test_a_region_is_the_corners_of_a_box() -> None:
+def test_region_is_parsed_as_box_corners() -> None:
     assert ReconstructOptions(region="0,1,2, 3,4,5").box == (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
     assert ReconstructOptions().box is None
 
@@ -23,6 +23,6 @@ def test_a_region_is_the_corners_of_a_box() -> None:
         ("0,0,0,1,1,0", "region.empty"),
     ],
 )
-def test_a_region_that_is_not_a_box_is_refused(region: str, code: str) -> None:
+def test_region_that_is_not_a_box_is_rejected(region: str, code: str) -> None:
     with refused(code, UsageError, field="--region"):
         ReconstructOptions(region=region)

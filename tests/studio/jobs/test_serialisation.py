@@ -45,12 +45,12 @@ class Outer:
 WHOLE = Outer(Path("a/b"), "mesh", (Inner("x", (1.5, 2.0)), Inner("y")), {"n": 3}, 0.5, [1, "two"])
 
 
-def test_what_was_encoded_comes_back_equal_through_json() -> None:
+def test_encoded_dataclass_survives_json() -> None:
     plain = json.loads(json.dumps(serialisation.encode(WHOLE), allow_nan=False))
     assert serialisation.decode(Outer, plain) == WHOLE
 
 
-def test_a_whole_number_where_a_measure_may_stand_stays_whole() -> None:
+def test_integer_in_a_float_field_stays_an_integer() -> None:
     """What a command prints is the same before and after it has crossed."""
     found = serialisation.decode(Outer, {**serialisation.encode(WHOLE), "share": 1})
     assert json.dumps(serialisation.encode(found)["share"]) == "1"
@@ -71,7 +71,7 @@ def test_a_whole_number_where_a_measure_may_stand_stays_whole() -> None:
         ("yes", 1, "job.wrong-value", {"name": "yes", "type": "bool"}),
     ],
 )
-def test_what_does_not_fit_is_refused_by_its_name(
+def test_value_of_a_wrong_type_is_rejected_with_its_name(
     field: str, value: Any, code: str, values: dict[str, str]
 ) -> None:
     with refused(code, WorkerError, **values):
@@ -86,7 +86,7 @@ def test_what_does_not_fit_is_refused_by_its_name(
         ({"a": {1, 2}}, "free['a']", "set"),
     ],
 )
-def test_what_cannot_cross_is_refused_by_its_name(free: Any, name: str, kind: str) -> None:
+def test_unserialisable_value_is_rejected_with_its_name(free: Any, name: str, kind: str) -> None:
     with refused("job.unsendable", WorkerError, name=name, type=kind):
         serialisation.encode(Outer(Path("a"), "mesh", (), {}, 0.5, free))
 
@@ -96,7 +96,7 @@ assert find_task("missing") is None
 
 
 @pytest.mark.parametrize("name", sorted(TASKS))
-def test_every_job_asks_and_answers_in_frozen_dataclasses(name: str) -> None:
+def test_job_requests_and_results_are_frozen_dataclasses(name: str) -> None:
     job = find_task(name)
     assert job is not None
     assert job.name == name
@@ -155,7 +155,9 @@ def restored(cls: type[Any], sent: Any) -> Any:
 @pytest.mark.parametrize("is_full", [True, False])
 @pytest.mark.parametrize("part", ["request", "result"])
 @pytest.mark.parametrize("name", sorted(TASKS))
-def test_requests_and_results_of_jobs_are_restored(name: str, part: str, is_full: bool) -> None:
+def test_job_requests_and_results_survive_serialisation(
+    name: str, part: str, is_full: bool
+) -> None:
     cls = getattr(find_task(name), part)
     sent = serialisation.encode(example(cls, is_full=is_full))
     assert serialisation.encode(restored(cls, sent)) == sent
@@ -165,7 +167,7 @@ def test_requests_and_results_of_jobs_are_restored(name: str, part: str, is_full
 @pytest.mark.parametrize(
     ("cls", "to"), [(SurveyReport, SurveyReport), (ControlCheck, ControlSummary)]
 )
-def test_printed_objects_that_are_read_again_are_restored(
+def test_printed_objects_survive_serialisation(
     cls: type[Result], to: type[Any], is_full: bool
 ) -> None:
     """Of `report.json` and of jobs that return what a command prints."""
@@ -173,7 +175,7 @@ def test_printed_objects_that_are_read_again_are_restored(
     assert to_dict(restored(to, printed)) == printed
 
 
-def test_a_small_array_crosses_and_what_is_not_finite_in_it_does_not() -> None:
+def test_small_array_is_serialised_and_non_finite_values_are_rejected() -> None:
     sent = Turned(np.array([[1.0, 2.5], [-3.0, 1e-9]]))
     there = serialisation.decode(Turned, json.loads(json.dumps(serialisation.encode(sent))))
     assert there.matrix.dtype == np.float64

@@ -75,7 +75,7 @@ def worker(monkeypatch):
     made.close()
 
 
-def test_events_survive_the_wire():
+def test_events_survive_serialisation():
     for event in (
         Stage(1, "reading", 10),
         Stage(2, "…", None),
@@ -86,7 +86,7 @@ def test_events_survive_the_wire():
         assert from_line(to_line(event)) == event
 
 
-def test_a_failed_job_states_the_place_of_its_error_in_the_file():
+def test_failed_job_reports_file_line_and_field_of_its_error():
     cause = Finding("number.invalid", text="1o")
     error = InputError(cause, file="control.csv", line=3, field="x")
     event = from_line(to_line(Failed(1, error.to_dict(), error.exit_code)))
@@ -109,7 +109,7 @@ def test_a_failed_job_states_the_place_of_its_error_in_the_file():
         '{"event": "Step", "job": 1, "done": 1, "more": 2}',
     ],
 )
-def test_what_is_no_event_is_refused(line):
+def test_line_that_is_not_an_event_is_rejected(line):
     with pytest.raises(ValueError, match=r"."):
         from_line(line)
 
@@ -131,7 +131,7 @@ def test_progress_comes_in_order_and_before_the_result(worker):
     ]
 
 
-def test_a_cancelled_job_ends_as_cancelled_and_the_process_lives_on(worker):
+def test_cancelled_job_ends_and_the_worker_process_continues(worker):
     heard = Listener()
     job = worker.submit(COUNT, To(5000), heard)
     heard.until(lambda e: isinstance(e, Step))
@@ -156,7 +156,7 @@ def test_a_waiting_job_can_be_cancelled(worker):
     assert len(second.events) == 1
 
 
-def test_cancelling_a_waiting_job_never_ends_the_one_before_it(worker, monkeypatch):
+def test_cancelling_a_waiting_job_does_not_end_the_running_job(worker, monkeypatch):
     monkeypatch.setattr("vomstudio.studio.jobs.supervisor.CANCEL_GRACE_S", 0.1)
     first, second = Listener(), Listener()
     worker.submit(COUNT, To(200), first)
@@ -167,7 +167,7 @@ def test_cancelling_a_waiting_job_never_ends_the_one_before_it(worker, monkeypat
     assert second.end().cancelled
 
 
-def test_a_job_that_does_not_listen_is_ended_with_its_process(worker, monkeypatch):
+def test_job_that_ignores_cancelling_is_ended_with_its_process(worker, monkeypatch):
     monkeypatch.setattr("vomstudio.studio.jobs.supervisor.CANCEL_GRACE_S", 0.2)
     heard = Listener()
     job = worker.submit(DEAF, NoArguments(), heard)
@@ -182,7 +182,7 @@ def test_a_job_that_does_not_listen_is_ended_with_its_process(worker, monkeypatc
 
 
 @pytest.mark.expects_log
-def test_a_worker_that_dies_fails_every_job_it_had_and_is_replaced(worker):
+def test_jobs_of_a_dead_worker_fail_and_the_worker_is_replaced(worker):
     first, second = Listener(), Listener()
     worker.submit(DIE, NoArguments(), first)
     worker.submit(COUNT, To(1), second)
@@ -198,7 +198,7 @@ def test_a_worker_that_dies_fails_every_job_it_had_and_is_replaced(worker):
 
 @pytest.mark.expects_log
 @pytest.mark.parametrize("pause_s", [0.0, 0.001, 0.01, 0.1])
-def test_jobs_are_answered_even_if_the_next_one_comes_right_after_a_death(worker, pause_s):
+def test_job_submitted_right_after_a_worker_death_is_answered(worker, pause_s):
     """The supervisor may notice the death by the next command, before the reader does."""
     heard, after = Listener(), Listener()
     worker.submit(DEAF, NoArguments(), heard)
@@ -223,7 +223,7 @@ def test_jobs_are_answered_even_if_the_next_one_comes_right_after_a_death(worker
         (OTHER_ANSWER, "Value has no field 'word'"),
     ],
 )
-def test_a_task_that_fails_says_so_and_the_worker_lives(worker, task, words):
+def test_failing_task_is_reported_and_the_worker_continues(worker, task, words):
     heard, after = Listener(), Listener()
     worker.submit(task, NoArguments(), heard)
     assert words in heard.end().message
@@ -232,7 +232,7 @@ def test_a_task_that_fails_says_so_and_the_worker_lives(worker, task, words):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="no other system can hold a process to it")
-def test_a_job_that_wants_all_memory_ends_in_a_sentence_and_the_worker_lives(worker):
+def test_job_out_of_memory_is_reported_and_the_worker_continues(worker):
     heard, after = Listener(), Listener()
     worker.submit(HUNGRY, NoArguments(), heard)
     end = heard.end()
@@ -254,7 +254,7 @@ def test_a_job_that_wants_all_memory_ends_in_a_sentence_and_the_worker_lives(wor
         (DIE, "(code -6). Finished results are kept. Try again."),
     ],
 )
-def test_a_worker_that_is_killed_says_what_to_change(worker, task, words):
+def test_killed_worker_is_reported_with_a_remedy(worker, task, words):
     heard = Listener()
     worker.submit(task, NoArguments(), heard)
     end = heard.end()
@@ -263,7 +263,7 @@ def test_a_worker_that_is_killed_says_what_to_change(worker, task, words):
 
 
 @pytest.mark.expects_log
-def test_a_library_that_ends_the_worker_over_a_full_disk(worker, tmp_path, capfd):
+def test_worker_ended_by_a_library_on_a_full_disk_reports_a_disk_error(worker, tmp_path, capfd):
     heard = Listener()
     worker.submit(FULL, Into(tmp_path), heard)
     end = heard.end()
@@ -275,7 +275,7 @@ def test_a_library_that_ends_the_worker_over_a_full_disk(worker, tmp_path, capfd
 
 
 @pytest.mark.full
-def test_an_unknown_task_fails_politely(worker):
+def test_unknown_task_fails_with_its_name(worker):
     heard = Listener()
     worker.submit(LEVITATE, NoArguments(), heard)
     end = heard.end()
@@ -284,14 +284,14 @@ def test_an_unknown_task_fails_politely(worker):
     assert "KeyError" not in end.message
 
 
-def test_a_closed_supervisor_takes_no_more_jobs_and_starts_no_process(worker):
+def test_closed_supervisor_accepts_no_jobs_and_starts_no_process(worker):
     worker.close()
     with pytest.raises(WorkerError):
         worker.submit(COUNT, To(1), Listener())
     assert worker._process is None
 
 
-def test_a_released_worker_ends_quietly_and_is_replaced_by_the_next_job(worker):
+def test_released_worker_ends_without_error_and_the_next_job_starts_another(worker):
     faults: list = []
     worker._on_fault = faults.append
     busy = Listener()
@@ -309,7 +309,7 @@ def test_a_released_worker_ends_quietly_and_is_replaced_by_the_next_job(worker):
     assert not faults
 
 
-def test_closing_ends_the_process_and_says_nothing_more(worker):
+def test_closing_ends_the_process_and_emits_no_more_events(worker):
     heard = Listener()
     worker.submit(DEAF, NoArguments(), heard)
     heard.until(lambda e: isinstance(e, Stage))
@@ -322,7 +322,7 @@ def test_closing_ends_the_process_and_says_nothing_more(worker):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere such a child ends a little later")
-def test_native_code_that_hears_nothing_ends_with_a_killed_supervisor():
+def test_worker_in_native_code_ends_when_its_supervisor_is_killed():
     supervisor = (
         "import subprocess, sys, time\n"
         "real = subprocess.Popen\n"
@@ -367,7 +367,7 @@ def child(**more) -> subprocess.Popen[str]:
 
 
 @pytest.mark.parametrize("named", ["", "."])
-def test_the_folder_of_the_user_is_not_imported_from(tmp_path, monkeypatch, worker, named):
+def test_worker_does_not_import_from_the_current_folder(tmp_path, monkeypatch, worker, named):
     """A json.py beside the photos is not Python's, however the program was started."""
     (tmp_path / "json.py").write_text("raise SystemExit('imported from the folder of the photos')")
     monkeypatch.chdir(tmp_path)
@@ -398,7 +398,7 @@ def test_end_of_file_ends_a_busy_worker(tmp_path):
         assert process.wait(10) == 0
 
 
-def test_a_line_that_is_no_command_does_not_deafen_the_worker():
+def test_invalid_command_line_does_not_stop_the_worker():
     with child() as process:
         process.stdin.write("nonsense\n[1]\n{}\n" + json.dumps({"job": 3, "task": "?", "args": {}}))
         process.stdin.write("\n")
@@ -411,7 +411,7 @@ def test_a_line_that_is_no_command_does_not_deafen_the_worker():
 
 
 @pytest.mark.full
-def test_a_model_crosses_by_the_cache(tmp_path):
+def test_loaded_model_is_passed_through_the_cache(tmp_path):
     from vomstudio.io.models import model_cache
 
     worker, heard = WorkerSupervisor(), Listener()
@@ -427,7 +427,7 @@ def test_a_model_crosses_by_the_cache(tmp_path):
     assert len(data.faces) > 0
 
 
-def test_a_missing_file_is_one_sentence(tmp_path):
+def test_missing_file_is_reported_with_its_name(tmp_path):
     worker, heard = WorkerSupervisor(), Listener()
     try:
         worker.submit(LOAD_MODEL, ModelFile(tmp_path / "gone.obj", tmp_path), heard)

@@ -55,7 +55,7 @@ def clicks(tool, *points) -> None:
         tool.pointer(event(at=point))
 
 
-def test_nothing_is_judged_before_the_way_is_there(tool, context):
+def test_verdict_is_shown_only_after_the_path_arrives(tool, context):
     clicks(tool, A, B, C)
     assert tool.is_searching
     assert shown_codes(context.shown[-1].reading[-1]) == {"follow.searching"}
@@ -64,7 +64,7 @@ def test_nothing_is_judged_before_the_way_is_there(tool, context):
     assert context.shown[-1].verdict is not None
 
 
-def test_the_kept_trace_has_every_vertex_of_the_way_and_says_whence(tool, context):
+def test_finished_trace_has_all_path_vertices_and_notes_its_way_points(tool, context):
     clicks(tool, A, B, C)
     assert tool.is_searching
     answer_all(context)
@@ -79,20 +79,20 @@ def test_the_kept_trace_has_every_vertex_of_the_way_and_says_whence(tool, contex
     assert "3 way-points" in trace.notes
 
 
-def test_the_figures_are_those_of_the_whole_way(tool, context):
+def test_measurement_uses_the_whole_path(tool, context):
     clicks(tool, A, B, C)
     answer_all(context)
     assert tool.measurement.fit.n == 17
 
 
-def test_a_way_is_asked_for_once(tool, context):
+def test_path_is_requested_once(tool, context):
     clicks(tool, A, B)
     tool.pointer(event(Pointer.MOVE))
     tool.pointer(event(Pointer.MOVE))
     assert len(context.paths.asked) == 1
 
 
-def test_the_way_to_the_cursor_is_shown_before_the_click(tool, context):
+def test_path_to_the_cursor_is_shown_before_the_click(tool, context):
     clicks(tool, A)
     tool.pointer(event(Pointer.MOVE, at=B))
     ((_, cost, ends, live, callback),) = context.paths.asked
@@ -104,7 +104,7 @@ def test_the_way_to_the_cursor_is_shown_before_the_click(tool, context):
     assert not tool.is_searching
 
 
-def test_a_way_for_an_older_place_of_the_cursor_changes_nothing(tool, context):
+def test_path_to_an_older_cursor_position_is_ignored(tool, context):
     clicks(tool, A)
     tool.pointer(event(Pointer.MOVE, at=B))
     tool.pointer(event(Pointer.MOVE, at=C))
@@ -116,7 +116,7 @@ def test_a_way_for_an_older_place_of_the_cursor_changes_nothing(tool, context):
     assert np.allclose(context.shown[-1].ahead, bowed(second))
 
 
-def test_a_dragged_way_point_takes_its_ways_along_and_undo_brings_them_back(tool, context):
+def test_dragging_a_way_point_updates_its_paths_and_can_be_undone(tool, context):
     clicks(tool, A, B, C)
     answer_all(context)
     before = context.shown[-1].path
@@ -132,7 +132,7 @@ def test_a_dragged_way_point_takes_its_ways_along_and_undo_brings_them_back(tool
     assert np.array_equal(context.shown[-1].path, before)
 
 
-def test_what_is_finished_too_early_is_kept_when_the_way_has_come(tool, context):
+def test_trace_finished_during_a_search_is_added_when_the_path_arrives(tool, context):
     clicks(tool, A, B, C)
     assert tool.finish() is None
     assert not context.session.of(Trace)
@@ -142,7 +142,7 @@ def test_what_is_finished_too_early_is_kept_when_the_way_has_come(tool, context)
     assert not tool.is_open
 
 
-def test_where_there_is_no_way_it_is_said_and_the_piece_is_straight(tool, context):
+def test_missing_path_is_reported_and_replaced_by_a_straight_segment(tool, context):
     clicks(tool, A, B)
     ((_, _, _, _, callback),) = context.paths.asked
     callback(Finding("model.not-open"))
@@ -151,7 +151,7 @@ def test_where_there_is_no_way_it_is_said_and_the_piece_is_straight(tool, contex
     assert np.array_equal(context.shown[-1].path, [A, B])
 
 
-def test_a_cancelled_trace_waits_for_nothing(tool, context):
+def test_paths_of_a_cancelled_trace_are_ignored(tool, context):
     clicks(tool, A, B)
     tool.cancel()
     shown = len(context.shown)
@@ -171,7 +171,7 @@ def test_following_can_be_switched_while_a_trace_is_open(tool, context):
     assert trace.notes == ""
 
 
-def test_a_draft_comes_back_with_its_way_points_and_follows_them_again(tool, context):
+def test_restored_draft_keeps_its_way_points_and_searches_paths_again(tool, context):
     clicks(tool, A, B, C)
     state = replay(context.journal.kept).draft.state
     tool.clear_state()
@@ -210,7 +210,7 @@ def voted(ends, photo: str) -> FollowedPath:
     )
 
 
-def test_what_is_clicked_in_a_photo_is_followed_there_and_the_votes_are_kept(tool, context):
+def test_clicks_in_a_photo_are_followed_there_and_votes_are_noted(tool, context):
     tool.pointer(is_in_photo("d/a.jpg", A))
     tool.pointer(is_in_photo("d/a.jpg", B))
     assert context.paths.photos == ["d/a.jpg"]
@@ -229,7 +229,7 @@ def test_what_is_clicked_in_a_photo_is_followed_there_and_the_votes_are_kept(too
     assert "2 other photos" in trace.notes
 
 
-def test_the_way_to_the_cursor_in_a_photo_is_asked_again_with_the_votes(tool, context):
+def test_clicked_path_in_a_photo_is_requested_again_with_votes(tool, context):
     tool.pointer(is_in_photo("a.jpg", A))
     tool.pointer(is_in_photo("a.jpg", B, Pointer.MOVE))
     ((_, _, ends, live, callback),) = context.paths.asked
@@ -246,7 +246,7 @@ def test_the_way_to_the_cursor_in_a_photo_is_asked_again_with_the_votes(tool, co
     assert not tool.is_searching
 
 
-def test_a_way_point_that_is_dragged_in_a_photo_is_one_of_that_photo(tool, context):
+def test_way_point_dragged_in_a_photo_is_followed_in_that_photo(tool, context):
     clicks(tool, A, B)
     answer_all(context)
     tool.pointer(is_in_photo("b.jpg", B, Pointer.DRAG_START, handle=1))
@@ -257,14 +257,14 @@ def test_a_way_point_that_is_dragged_in_a_photo_is_one_of_that_photo(tool, conte
     assert context.paths.photos[-1] == ""
 
 
-def test_what_photos_do_not_show_is_followed_over_the_surface(tool, context):
+def test_curvature_path_in_a_photo_follows_the_surface(tool, context):
     tool.follow("curvature")
     tool.pointer(is_in_photo("a.jpg", A))
     tool.pointer(is_in_photo("a.jpg", B))
     assert context.paths.photos == [""]
 
 
-def test_why_a_piece_is_not_followed_in_the_photo_is_said_once(tool, context):
+def test_reason_for_not_following_in_the_photo_is_reported_once(tool, context):
     tool.pointer(is_in_photo("a.jpg", A))
     tool.pointer(is_in_photo("a.jpg", B))
     ((_, _, ends, _, callback),) = context.paths.asked
@@ -274,7 +274,7 @@ def test_why_a_piece_is_not_followed_in_the_photo_is_said_once(tool, context):
     assert tool.votes is None
 
 
-def test_a_draft_keeps_in_which_photo_its_way_points_were_set(tool, context):
+def test_draft_stores_the_photo_of_each_way_point(tool, context):
     tool.pointer(is_in_photo("a.jpg", A))
     tool.pointer(is_in_photo("a.jpg", B))
     state = replay(context.journal.kept).draft.state
@@ -301,7 +301,7 @@ def ends(context) -> list:
     return [(t.vertices[0], t.vertices[-1]) for t in context.session.of(Trace)]
 
 
-def test_what_is_clicked_after_enter_belongs_to_the_next_trace(tool, context):
+def test_clicks_after_enter_belong_to_the_next_trace(tool, context):
     clicks(tool, A, B, C)
     assert tool.finish() is None
     clicks(tool, D, E, F)
@@ -322,7 +322,7 @@ def test_a_double_click_ends_the_next_trace_too(tool, context):
     assert not tool.is_open
 
 
-def test_a_click_at_a_vertex_of_the_trace_that_is_being_finished_begins_the_next_one(tool, context):
+def test_click_on_a_vertex_of_a_finishing_trace_starts_the_next_one(tool, context):
     clicks(tool, A, B, C)
     tool.finish()
     tool.pointer(event(at=C, handle=2))
@@ -330,7 +330,7 @@ def test_a_click_at_a_vertex_of_the_trace_that_is_being_finished_begins_the_next
     assert tool.vertices == (C,)
 
 
-def test_what_waits_is_said_and_no_way_runs_on_to_the_cursor(tool, context):
+def test_pending_clicks_are_reported_and_no_path_to_the_cursor_is_shown(tool, context):
     clicks(tool, A, B, C)
     tool.finish()
     assert shown_codes(context.shown[-1].reading[-1]) == {"follow.finishing"}
@@ -343,7 +343,7 @@ def test_what_waits_is_said_and_no_way_runs_on_to_the_cursor(tool, context):
     assert context.shown[-1].ahead is None
 
 
-def test_undo_takes_back_the_click_that_waits_then_the_end_then_a_vertex(tool, context):
+def test_undo_removes_pending_click_then_finish_then_vertex(tool, context):
     clicks(tool, A, B, C)
     tool.finish()
     clicks(tool, D)
@@ -359,7 +359,7 @@ def test_undo_takes_back_the_click_that_waits_then_the_end_then_a_vertex(tool, c
     assert not context.session.of(Trace)
 
 
-def test_esc_lets_go_what_waits_before_the_trace_itself(tool, context):
+def test_escape_discards_pending_clicks_before_the_trace(tool, context):
     clicks(tool, A, B, C)
     tool.finish()
     clicks(tool, D, E)
@@ -369,7 +369,7 @@ def test_esc_lets_go_what_waits_before_the_trace_itself(tool, context):
     assert not tool.is_open
 
 
-def test_what_waits_is_not_added_to_a_trace_that_cannot_be_kept(tool, context):
+def test_pending_clicks_are_not_added_to_a_trace_that_fails_to_finish(tool, context):
     straight = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0))
     clicks(tool, *straight)
     tool.finish()
@@ -403,7 +403,7 @@ def hopping(ends) -> FollowedPath:
     return FollowedPath(points, costs=costs)
 
 
-def test_a_stretch_on_a_parallel_contact_is_drawn_and_kept(tool, context, monkeypatch):
+def test_stretch_on_a_parallel_contact_is_drawn_and_recorded(tool, context, monkeypatch):
     monkeypatch.setattr(Context, "surface", lambda self, model_id: Rock())
     ends = (0.0, 0.0, 0.0), (2.0, 0.5, 0.0), (3.0, 2.0, 0.0)
     clicks(tool, *ends)

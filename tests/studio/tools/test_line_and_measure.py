@@ -72,7 +72,7 @@ def again(context, cls):
 
 
 # --- line -------------------------------------------------------------------------------------
-def test_a_line_is_its_clicks_with_what_was_chosen(line, context):
+def test_line_has_the_clicked_vertices_and_selected_attributes(line, context):
     line.choose(type_id="fold_axis", set_name="F2")
     clicks(line, STRIA)
     made = line.finish()
@@ -85,14 +85,14 @@ def test_a_line_is_its_clicks_with_what_was_chosen(line, context):
     assert draft(context) is None
 
 
-def test_the_type_for_planes_is_not_that_of_lines(line, context):
+def test_line_ignores_a_plane_type(line, context):
     line.set_type("joint", "J1")
     clicks(line, STRIA[:2])
     line.finish()
     assert of(context, Lineation)[0].type_id == "lineation"
 
 
-def test_one_click_is_no_line(line, context):
+def test_line_needs_two_distinct_points(line, context):
     clicks(line, STRIA[:1])
     few = Finding("feature.too-few-points", count=1, minimum=2)
     assert line.finish_problem() == few
@@ -104,7 +104,7 @@ def test_one_click_is_no_line(line, context):
     assert "points.coincident" in shown_codes(str(context.said[-1]))
 
 
-def test_the_reading_follows_the_cursor_from_the_first_click_on(line, context):
+def test_reading_follows_the_cursor_after_the_first_click(line, context):
     clicks(line, [(0.0, 0.0, 0.0)])
     assert context.shown[-1].reading == ("1 point",)
     line.pointer(event(Pointer.MOVE, (0.0, 5.0, -5.0), button=Button.NONE))
@@ -117,7 +117,7 @@ def test_the_reading_follows_the_cursor_from_the_first_click_on(line, context):
     assert context.shown[-1].reading[0] == "000/45", "what is picked, not where the cursor is"
 
 
-def test_on_a_plane_the_rake_and_the_angle_off_it_are_read(line, context):
+def test_reading_on_a_plane_shows_rake_and_angle_to_the_plane(line, context):
     line.choose(plane_id="f1", slip="normal")
     clicks(line, STRIA)
     reading = context.shown[-1].reading
@@ -129,7 +129,7 @@ def test_on_a_plane_the_rake_and_the_angle_off_it_are_read(line, context):
     assert context.measure(found).slip_rake_deg < 0.0
 
 
-def test_without_a_plane_there_is_no_sense_of_slip(line, context):
+def test_line_without_a_plane_has_no_slip_sense(line, context):
     line.choose(slip="normal")
     assert line.next_line.slip == ""
     line.choose(plane_id="f1")
@@ -142,7 +142,7 @@ def test_without_a_plane_there_is_no_sense_of_slip(line, context):
     assert of(context, Lineation)[0].slip == ""
 
 
-def test_clicks_are_taken_back_moved_inserted_and_deleted(line, context):
+def test_clicks_can_be_undone_moved_inserted_and_deleted(line, context):
     clicks(line, STRIA)
     assert line.undo()
     assert line.vertices == STRIA[:3]
@@ -162,7 +162,7 @@ def test_clicks_are_taken_back_moved_inserted_and_deleted(line, context):
     assert draft(context) is None
 
 
-def test_a_line_is_continued_and_keeps_what_was_changed_beside_it(line, context):
+def test_continued_line_keeps_attributes_changed_meanwhile(line, context):
     clicks(line, STRIA[:3])
     made = line.finish()
     line.continue_feature(made)
@@ -183,7 +183,7 @@ def test_only_a_line_is_continued_by_the_line_tool(line, context):
 
 
 # --- measure ------------------------------------------------------------------------------------
-def test_a_distance_is_done_with_its_second_click(measure, context):
+def test_distance_is_finished_by_its_second_click(measure, context):
     clicks(measure, [(0, 0, 0), (3, 4, 12)])
     assert not measure.is_open
     (found,) = of(context, Dimension)
@@ -203,7 +203,7 @@ def test_a_distance_is_done_with_its_second_click(measure, context):
     assert of(context, Dimension) == []
 
 
-def test_the_distance_to_the_cursor_is_read_before_the_second_click(measure, context):
+def test_distance_to_the_cursor_is_shown_before_the_second_click(measure, context):
     clicks(measure, [(0, 0, 0)])
     measure.pointer(event(Pointer.MOVE, (3, 4, -12), button=Button.NONE))
     assert context.shown[-1].reading == (
@@ -214,7 +214,7 @@ def test_the_distance_to_the_cursor_is_read_before_the_second_click(measure, con
 
 
 @pytest.mark.parametrize(("kind", "points"), [("polyline", 2), ("area", 3)])
-def test_lines_and_areas_end_with_enter_and_say_what_they_lack(measure, context, kind, points):
+def test_lines_and_areas_end_with_enter_and_report_missing_points(measure, context, kind, points):
     ring = [(0, 0, 0), (2, 0, 0), (2, 3, 0), (0, 3, 0)]
     measure.choose(kind=kind)
     for count, point in enumerate(ring, 1):
@@ -237,7 +237,7 @@ def test_lines_and_areas_end_with_enter_and_say_what_they_lack(measure, context,
         assert figures["length_m"] == pytest.approx(7.0)
 
 
-def test_the_ring_of_an_area_is_closed_and_its_handles_are_the_vertices(measure, context):
+def test_area_outline_is_closed_with_one_handle_per_vertex(measure, context):
     measure.choose(kind="area")
     ring = [(0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (2.0, 3.0, 0.0)]
     clicks(measure, ring)
@@ -254,7 +254,7 @@ def test_the_ring_of_an_area_is_closed_and_its_handles_are_the_vertices(measure,
     assert measure.vertices[0] == (0.5, 0.0, 0.0)
 
 
-def test_a_thickness_wants_a_plane_and_says_so(measure, context):
+def test_thickness_without_a_plane_is_rejected(measure, context):
     measure.choose(kind="thickness")
     assert measure.hint() == Finding("thickness.no-plane").message
     clicks(measure, [(0, 0, 0), (0, 0, 2)])
@@ -272,7 +272,7 @@ def test_a_thickness_wants_a_plane_and_says_so(measure, context):
     assert figures["thickness_error95_m"] > 0.0
 
 
-def test_another_kind_keeps_the_clicks(measure, context):
+def test_changing_the_kind_keeps_the_clicks(measure, context):
     measure.choose(kind="polyline")
     clicks(measure, [(0, 0, 0), (1, 0, 0), (2, 5, 0)])
     measure.choose(kind="area")
@@ -287,7 +287,7 @@ def test_another_kind_keeps_the_clicks(measure, context):
     assert of(context, Dimension)[0].plane_id == "", "a distance lies on no plane"
 
 
-def test_two_clicks_at_one_place_are_no_distance(measure, context):
+def test_distance_between_coincident_clicks_is_rejected(measure, context):
     clicks(measure, [(1, 1, 1), (1, 1, 1)])
     assert of(context, Dimension) == []
     assert context.said[-1].code == "points.coincident"
@@ -295,7 +295,7 @@ def test_two_clicks_at_one_place_are_no_distance(measure, context):
     assert of(context, Dimension)[0].vertices == ((1.0, 1.0, 1.0), (1.0, 1.0, 2.0))
 
 
-def test_a_distance_is_continued_by_its_ends(measure, context):
+def test_continued_distance_moves_its_end_points(measure, context):
     clicks(measure, [(0, 0, 0), (1, 0, 0)])
     made = of(context, Dimension)[0].id
     measure.continue_feature(made)
@@ -316,7 +316,7 @@ def test_a_measurement_stays_on_one_model(measure, context):
 
 
 # --- drafts ------------------------------------------------------------------------------------
-def test_every_step_of_a_line_is_there_at_the_next_start(line, context):
+def test_every_step_of_a_line_is_restored_from_its_draft(line, context):
     clicks(line, STRIA[:2])
     old = line.finish()
     line.choose(plane_id="f1")
@@ -341,7 +341,7 @@ def test_every_step_of_a_line_is_there_at_the_next_start(line, context):
             assert back.is_continued == line.is_continued
 
 
-def test_every_step_of_a_measurement_is_there_at_the_next_start(measure, context):
+def test_every_step_of_a_measurement_is_restored_from_its_draft(measure, context):
     measure.choose(kind="thickness", plane_id="f1")
     clicks(measure, [(0, 0, 0)])
     back, other = again(context, MeasureTool)
@@ -355,7 +355,7 @@ def test_every_step_of_a_measurement_is_there_at_the_next_start(measure, context
 
 
 @pytest.mark.parametrize("cls", [LineTool, MeasureTool])
-def test_damaged_drafts_are_refused_politely(context, cls):
+def test_damaged_drafts_are_rejected(context, cls):
     tool = cls(context)
     clicks(tool, STRIA[:1])
     good = draft(context)
@@ -377,7 +377,7 @@ def test_damaged_drafts_are_refused_politely(context, cls):
 
 
 @pytest.mark.parametrize("cls", [LineTool, MeasureTool])
-def test_a_click_that_cannot_be_written_is_not_there(context, cls):
+def test_click_that_cannot_be_written_is_discarded(context, cls):
     tool = cls(context)
     context.journal.refuse = DocumentError(Finding("disk.full"))
     clicks(tool, STRIA[:1])
@@ -392,7 +392,7 @@ def test_a_click_that_cannot_be_written_is_not_there(context, cls):
     assert context.said[-1].code == "disk.full"
 
 
-def test_the_attributes_of_a_closed_project_are_forgotten(line: LineTool, context: Context) -> None:
+def test_closing_a_project_resets_the_next_attributes(line: LineTool, context: Context) -> None:
     line.choose(type_id="own-1", set_name="S2", plane_id="f1", slip="normal")
     line.clear_state()
     assert line.next_line == NextLine()

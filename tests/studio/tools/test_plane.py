@@ -121,7 +121,7 @@ def ids(patch: Patch) -> set[int]:
 
 
 # --- growing -----------------------------------------------------------------------------------
-def test_a_click_grows_the_even_surface_and_enter_keeps_its_plane(tool, context):
+def test_click_grows_the_planar_surface_and_enter_adds_its_plane(tool, context):
     tool.pointer(at(Pointer.CLICK, (2.0, 2.0)))
     grown = chosen(tool)
     assert len(grown) > 1000
@@ -146,7 +146,7 @@ def test_ten_planes_need_a_click_and_enter_each(tool, context):
     assert len(patches(context)) == 10
 
 
-def test_the_piece_follows_the_wheel_and_one_undo_removes_it(tool, context):
+def test_wheel_adjusts_the_grown_area_and_one_undo_removes_it(tool, context):
     tool.set_tolerance(angle_deg=2.0, distance=0.5)
     tool.pointer(at(Pointer.CLICK, (2.0, 2.0)))
     few = tool.count
@@ -164,7 +164,7 @@ def test_the_piece_follows_the_wheel_and_one_undo_removes_it(tool, context):
     assert context.said[-1] == Finding("tool.no-surface")
 
 
-def test_thresholds_that_take_nothing_or_everything_are_reported(tool, context):
+def test_tolerances_that_select_nothing_or_everything_are_reported(tool, context):
     tool.set_tolerance(angle_deg=1.0, distance=1e-4)
     tool.pointer(at(Pointer.CLICK, (2.0, 2.0)))
     assert context.said[-1] == Finding("growth.isolated")
@@ -204,7 +204,7 @@ def test_undo_and_escape_remove_waiting_clicks_first(tool, context):
 
 
 # --- painting ----------------------------------------------------------------------------------
-def test_a_stroke_chooses_all_that_the_brush_touched(tool, context):
+def test_stroke_selects_all_faces_under_the_brush(tool, context):
     places = [(1.0, 1.0), (1.3, 1.0), (1.6, 1.2)]
     stroke(tool, *places)
     assert chosen(tool) == set().union(*(within(p) for p in places))
@@ -213,7 +213,7 @@ def test_a_stroke_chooses_all_that_the_brush_touched(tool, context):
     assert (patch.name, patch.type_id, patch.element) == ("B01", "bedding", "face")
 
 
-def test_the_plane_is_that_of_the_chosen_faces(tool, context):
+def test_plane_is_fitted_to_the_selected_faces(tool, context):
     stroke(tool, (0.6, 0.6), (2.0, 2.0), (3.0, 1.0))
     tool.finish()
     (patch,) = patches(context)
@@ -235,7 +235,7 @@ def test_the_plane_is_that_of_the_chosen_faces(tool, context):
     assert {tuple(p) for p in patch.outline} <= {tuple(p) for p in distinct}
 
 
-def test_turning_the_world_turns_the_plane_of_a_patch(tool, context):
+def test_rotating_the_world_rotates_the_plane_of_a_patch(tool, context):
     stroke(tool, (0.6, 0.6), (2.0, 2.0), (3.0, 1.0))
     tool.finish()
     (patch,) = patches(context)
@@ -266,7 +266,7 @@ def test_shift_adds_and_alt_or_ctrl_removes(tool, key):
     assert chosen(tool) == within((3.0, 3.0))
 
 
-def test_clicks_and_strokes_add_to_each_other(tool):
+def test_clicks_and_strokes_can_be_combined(tool):
     stroke(tool, (0.3, 0.3))
     tool.set_tolerance(angle_deg=5.0, distance=0.002)
     tool.pointer(at(Pointer.CLICK, (3.0, 3.0), shift=True))
@@ -276,7 +276,7 @@ def test_clicks_and_strokes_add_to_each_other(tool):
     assert chosen(tool) == both - within((0.3, 0.3))
 
 
-def test_a_stroke_without_a_key_begins_again(tool):
+def test_stroke_without_a_key_replaces_the_selection(tool):
     stroke(tool, (1.0, 1.0))
     stroke(tool, (3.0, 3.0))
     assert chosen(tool) == within((3.0, 3.0))
@@ -284,14 +284,14 @@ def test_a_stroke_without_a_key_begins_again(tool):
     assert chosen(tool) == within((1.0, 1.0))
 
 
-def test_the_combination_of_the_panel_applies_without_a_key(tool):
+def test_combine_mode_of_the_panel_applies_without_a_key(tool):
     stroke(tool, (1.0, 1.0))
     tool.set_combine("subtract")
     stroke(tool, (1.2, 1.0))
     assert chosen(tool) == within((1.0, 1.0)) - within((1.2, 1.0))
 
 
-def test_a_stroke_that_changes_nothing_is_no_step(tool, context):
+def test_stroke_without_effect_is_not_an_undo_step(tool, context):
     stroke(tool, (1.0, 1.0))
     rows = len(context.journal.kept)
     stroke(tool, (1.0, 1.0), shift=True)
@@ -301,7 +301,7 @@ def test_a_stroke_that_changes_nothing_is_no_step(tool, context):
     assert chosen(tool) == within((1.0, 1.0))
 
 
-def test_a_stroke_may_begin_beside_the_outcrop(tool):
+def test_stroke_may_start_off_the_outcrop(tool):
     stroke(tool, None, (1.0, 1.0), None)
     assert chosen(tool) == within((1.0, 1.0))
 
@@ -315,7 +315,7 @@ def test_hidden_faces_are_not_painted(tool, context):
 
 
 # --- shapes ------------------------------------------------------------------------------------
-def test_a_rectangle_chooses_what_lies_inside(tool, context):
+def test_rectangle_selects_the_faces_inside(tool, context):
     flat = sheet(41, y=lambda x, z: 0.02 * np.sin(9.0 * x))
     context.elements.models, context.elements.look = {"m1": flat}, looking()
     context.surfaces["m1"] = create_surface(flat)
@@ -338,7 +338,7 @@ def test_a_rectangle_chooses_what_lies_inside(tool, context):
     assert patches(context) == []
 
 
-def test_enter_closes_a_polygon_before_it_keeps_the_plane(tool, context):
+def test_enter_closes_a_polygon_before_it_adds_the_plane(tool, context):
     flat = sheet(41)
     context.elements.models, context.elements.look = {"m1": flat}, looking()
     context.surfaces["m1"] = create_surface(flat)
@@ -356,7 +356,7 @@ def test_enter_closes_a_polygon_before_it_keeps_the_plane(tool, context):
 
 
 # --- undo, redo, discarding --------------------------------------------------------------------
-def test_undo_takes_back_strokes_and_redo_brings_them(tool, context):
+def test_strokes_can_be_undone_and_redone(tool, context):
     states = [set()]
     for place in RELEASED:
         stroke(tool, place, shift=True)
@@ -380,7 +380,7 @@ def test_undo_in_the_middle_of_a_stroke_does_nothing(tool):
     assert chosen(tool) == within((1.0, 1.0)) | within((2.0, 1.0))
 
 
-def test_escape_in_the_middle_of_a_stroke_discards_it_and_redo_brings_it_back(tool):
+def test_escape_during_a_stroke_discards_it_and_redo_restores_it(tool):
     stroke(tool, (1.0, 1.0))
     stroke(tool, (2.0, 1.0), release=False, shift=True)
     tool.cancel()
@@ -392,7 +392,7 @@ def test_escape_in_the_middle_of_a_stroke_discards_it_and_redo_brings_it_back(to
     assert chosen(tool) == within((1.0, 1.0)) | within((2.0, 1.0))
 
 
-def test_escape_in_the_first_stroke_discards_all_and_undo_brings_it_back(tool, context):
+def test_escape_during_the_first_stroke_discards_the_plane_and_undo_restores_it(tool, context):
     stroke(tool, (2.0, 1.0), release=False)
     tool.cancel()
     assert not tool.is_open
@@ -400,7 +400,7 @@ def test_escape_in_the_first_stroke_discards_all_and_undo_brings_it_back(tool, c
     assert chosen(tool) == within((2.0, 1.0))
 
 
-def test_a_discarded_plane_is_brought_back(tool, context):
+def test_discarded_plane_can_be_restored(tool, context):
     stroke(tool, (1.0, 1.0))
     tool.cancel()
     assert not tool.is_open
@@ -441,7 +441,7 @@ def test_a_changed_plane_keeps_its_id_name_and_attributes(tool, context):
     assert ids(patches(context)[0]) == ids(old)
 
 
-def test_discarding_the_changes_leaves_a_plane_as_it_was(tool, context):
+def test_discarding_changes_leaves_the_plane_unchanged(tool, context):
     old = finished(tool, context)
     tool.continue_feature(old.id)
     tool.cancel()
@@ -457,7 +457,7 @@ def test_discarding_the_changes_leaves_a_plane_as_it_was(tool, context):
     assert ids(patches(context)[0]) > ids(old)
 
 
-def test_the_type_and_set_are_those_chosen_at_the_end(tool, context):
+def test_plane_gets_the_type_and_set_selected_at_finish(tool, context):
     stroke(tool, (1.0, 1.0))
     bedding = context.shown[-1].color
     context.set_next("joint", "J1")
@@ -468,7 +468,7 @@ def test_the_type_and_set_are_those_chosen_at_the_end(tool, context):
     assert (patch.type_id, patch.set_name) == ("joint", "J1")
 
 
-def test_the_brush_takes_the_colour_of_the_type_at_once(tool, context):
+def test_brush_colour_follows_the_type_immediately(tool, context):
     tool.pointer(at(Pointer.MOVE, (1.0, 1.0)))
     bedding = context.shown[-1].color
     context.set_next("joint", "")
@@ -482,7 +482,7 @@ def test_only_grown_or_painted_planes_can_be_changed(tool, id_):
         tool.continue_feature(id_)
 
 
-def test_a_plane_without_its_model_cannot_be_changed(tool, context):
+def test_plane_without_its_open_model_cannot_be_edited(tool, context):
     old = finished(tool, context)
     context.surfaces.clear()
     with refused("model.not-open", DocumentError):
@@ -490,7 +490,7 @@ def test_a_plane_without_its_model_cannot_be_changed(tool, context):
 
 
 # --- what is refused -----------------------------------------------------------------------------
-def test_another_models_surface_is_refused_with_a_hint(tool, context):
+def test_stroke_on_another_model_is_rejected_with_a_hint(tool, context):
     stroke(tool, (1.0, 1.0))
     said = len(context.said)
     stroke(tool, (2.0, 1.0), (2.1, 1.0), (2.2, 1.0), model_id="m2", shift=True)
@@ -501,20 +501,20 @@ def test_another_models_surface_is_refused_with_a_hint(tool, context):
     assert chosen(tool) == within((1.0, 1.0))
 
 
-def test_a_stroke_that_strays_onto_another_model_leaves_it_alone(tool):
+def test_stroke_dragged_onto_another_model_does_not_select_it(tool):
     tool.pointer(at(Pointer.DRAG_START, (1.0, 1.0)))
     tool.pointer(at(Pointer.DRAG_MOVE, (3.0, 1.0), model_id="m2"))
     tool.pointer(at(Pointer.DRAG_END, (3.0, 3.0), model_id="m2"))
     assert chosen(tool) == within((1.0, 1.0))
 
 
-def test_there_is_nothing_to_remove_from_at_first(tool, context):
+def test_subtracting_from_an_empty_selection_is_reported(tool, context):
     stroke(tool, (1.0, 1.0), ctrl=True)
     assert not tool.is_open
     assert context.said[-1] == Finding("selection.empty")
 
 
-def test_too_many_elements_are_no_plane(tool, context, monkeypatch):
+def test_plane_with_too_many_elements_is_rejected(tool, context, monkeypatch):
     assert MAX_PLANE_ELEMENTS > 1_000_000
     monkeypatch.setattr("vomstudio.studio.tools.plane.MAX_PLANE_ELEMENTS", 100)
     tool.changes.select_all()
@@ -524,7 +524,7 @@ def test_too_many_elements_are_no_plane(tool, context, monkeypatch):
     assert tool.is_open
 
 
-def test_what_cannot_be_written_is_not_lost(tool, context):
+def test_failed_write_keeps_the_painted_faces(tool, context):
     stroke(tool, (1.0, 1.0))
     context.journal.refuse = TargetError(Finding("disk.full"))
     assert tool.finish() is None
@@ -556,7 +556,7 @@ def test_the_stroke_is_shown_live_with_its_fit(tool, context, monkeypatch):
     assert tool.measurement.fit.dip_deg == pytest.approx(live.fit.dip_deg, abs=1e-9)
 
 
-def test_an_added_stroke_is_drawn_beside_the_area_and_an_eraser_is_white(tool, context):
+def test_added_stroke_has_the_area_colour_and_an_erasing_stroke_is_white(tool, context):
     stroke(tool, (1.0, 1.0))
     stroke(tool, (3.0, 1.0), release=False, shift=True)
     preview = context.shown[-1]
@@ -566,7 +566,7 @@ def test_an_added_stroke_is_drawn_beside_the_area_and_an_eraser_is_white(tool, c
     assert context.shown[-1].areas()[1][1] == (1.0, 1.0, 1.0)
 
 
-def test_a_fit_that_takes_long_is_left_out_until_it_is_its_turn(tool, context, monkeypatch):
+def test_slow_fit_is_postponed_to_the_end_of_the_stroke(tool, context, monkeypatch):
     monkeypatch.setattr("vomstudio.studio.tools.brush_stroke.MAX_LIVE_SHARE", 1e-9)
     stroke(tool, (1.0, 1.0), (2.0, 1.0), release=False)
     first = tool.measurement
@@ -577,7 +577,7 @@ def test_a_fit_that_takes_long_is_left_out_until_it_is_its_turn(tool, context, m
     assert tool.measurement.area_m2 > 2.0 * first.area_m2
 
 
-def test_steps_that_others_follow_are_not_shown(tool, context):
+def test_intermediate_drag_steps_are_not_shown(tool, context):
     tool.pointer(at(Pointer.DRAG_START, (1.0, 1.0)))
     shown = len(context.shown)
     for k in range(5):
@@ -587,7 +587,7 @@ def test_steps_that_others_follow_are_not_shown(tool, context):
     assert len(context.shown) == shown + 1
 
 
-def test_the_ring_of_the_brush_lies_on_the_surface(tool, context):
+def test_brush_ring_is_aligned_with_the_surface(tool, context):
     tool.pointer(at(Pointer.MOVE, (1.0, 1.0)))
     ring = context.shown[-1].brush
     assert abs(ring.normal @ DIP[:, 2]) > 0.99
@@ -601,7 +601,7 @@ def test_the_ring_of_the_brush_lies_on_the_surface(tool, context):
     assert context.shown[-1] is None
 
 
-def test_the_first_brush_suits_the_model(context):
+def test_default_brush_radius_suits_the_model(context):
     tool = PlaneTool(context)
     tool.pointer(at(Pointer.MOVE, (1.0, 1.0)))
     assert tool.radius == pytest.approx(0.05)
@@ -611,7 +611,7 @@ def test_the_first_brush_suits_the_model(context):
     assert tool.radius == pytest.approx(0.05, rel=0.05)
 
 
-def test_a_patch_is_drawn_where_its_faces_are(tool, context):
+def test_patch_is_drawn_at_its_faces(tool, context):
     patch = finished(tool, context)
     area = patch_area(patch, MODEL, context.surface("m1"))
     there = MESH.vertices[MESH.faces[sorted(ids(patch))]]
@@ -628,7 +628,7 @@ def of_cloud(cloud: PointCloud) -> tuple[PlaneTool, WithSurface]:
     return PlaneTool(context), context
 
 
-def test_points_of_a_cloud_are_painted_like_faces():
+def test_points_of_a_cloud_can_be_painted():
     cloud = PointCloud(MESH.vertices)
     tool, context = of_cloud(cloud)
     tool.set_radius(0.5)
@@ -662,7 +662,7 @@ def test_a_plane_grows_over_the_points_of_a_cloud():
 
 
 # --- the next start ------------------------------------------------------------------------------
-def test_after_every_step_the_next_start_has_the_same_plane(tool, context):
+def test_every_step_of_a_plane_is_restored_from_its_draft(tool, context):
     steps = [
         lambda: stroke(tool, (1.0, 1.0)),
         lambda: stroke(tool, (2.0, 1.0), shift=True),
@@ -692,7 +692,7 @@ def test_after_every_step_the_next_start_has_the_same_plane(tool, context):
             assert again._context.next_type_id == "joint"
 
 
-def test_a_draft_of_another_tool_or_a_removed_model_is_refused(tool, context):
+def test_draft_of_another_tool_or_a_removed_model_is_rejected(tool, context):
     stroke(tool, (1.0, 1.0))
     state = dict(context.session.draft.state)
     assert not tool.restore({"tool": "plane", "chosen": {"model_id": "m", "size": 3}})

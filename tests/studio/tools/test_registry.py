@@ -10,7 +10,7 @@ from vomstudio.project.session import Session
 from vomstudio.studio.tools.registry import TOOLS
 
 
-def test_each_tool_has_a_name_a_key_and_a_place_of_its_own() -> None:
+def test_each_tool_has_a_unique_name_key_and_position() -> None:
     for value in ("name", "key", "order", "label", "icon", "tip"):
         shared = [v for v, n in Counter(getattr(e, value) for e in TOOLS).items() if n > 1]
         assert not shared, (value, shared)
@@ -20,7 +20,7 @@ def test_each_tool_has_a_name_a_key_and_a_place_of_its_own() -> None:
         assert letter.upper() == entry.key.removeprefix("Shift+"), words
 
 
-def test_each_tool_is_made_idle_and_says_what_to_do() -> None:
+def test_each_new_tool_is_idle_and_has_a_hint() -> None:
     journal = MemoryJournal()
     for entry in TOOLS:
         tool = entry.tool(Context(Session(journal), journal))

@@ -53,7 +53,7 @@ def drag(tool, x0, y0, x1, y1, **keys) -> None:
     tool.pointer(event(Pointer.DRAG_END, x1, y1, **keys))
 
 
-def test_keys_and_buttons_say_what_is_done_with_what_is_found(tool):
+def test_keys_and_buttons_set_how_selections_are_combined(tool):
     tool.set_mode("rectangle")
     tool.set_select_through(True)
     drag(tool, 150, 100, 250, 200)
@@ -76,7 +76,7 @@ def test_keys_and_buttons_say_what_is_done_with_what_is_found(tool):
     assert tool.cancel() is None
 
 
-def test_a_shape_of_nothing_says_so_and_changes_nothing(tool, context):
+def test_empty_shape_is_reported_and_changes_nothing(tool, context):
     tool.set_mode("rectangle")
     drag(tool, 1, 1, 2, 2)
     assert tool.selection is None
@@ -99,14 +99,14 @@ def test_a_shape_of_nothing_says_so_and_changes_nothing(tool, context):
     assert not tool.is_open
 
 
-def test_no_shape_is_drawn_over_a_photo(tool, context):
+def test_shape_cannot_be_drawn_over_a_photo(tool, context):
     tool.set_mode("rectangle")
     tool.pointer(PointerEvent(Pointer.DRAG_START, 10, 10, Button.LEFT, is_in_photo=True))
     assert not tool.drawing
     assert context.said[-1] == Finding("selection.not-in-photo")
 
 
-def test_rings_inversion_hiding_and_cutting(tool, context):
+def test_selection_can_be_expanded_inverted_hidden_and_cut(tool, context):
     tool.set_mode("rectangle")
     drag(tool, 150, 100, 250, 200)
     first = tool.selection.mask.copy()
@@ -143,7 +143,7 @@ def test_rings_inversion_hiding_and_cutting(tool, context):
     assert np.array_equal(context.elements.hidden("m1"), first)
 
 
-def test_by_field_and_by_colour(tool, context):
+def test_selecting_by_field_and_by_colour(tool, context):
     height = MESH.vertices[MESH.faces].mean(axis=1)[:, 2]
     low, high = np.quantile(height, [0.4, 0.6])
     tool.changes.select_by_field("elevation", low, high)
@@ -154,7 +154,7 @@ def test_by_field_and_by_colour(tool, context):
     assert "needs colours" in str(context.said[-1])
 
 
-def test_a_model_that_goes_takes_what_is_chosen_with_it(tool, context):
+def test_removing_a_model_clears_its_selection(tool, context):
     tool.changes.select_all()
     assert context.session.draft is not None
     context.session.apply(edits.remove_model(context.session.records, "m1"))
@@ -163,7 +163,7 @@ def test_a_model_that_goes_takes_what_is_chosen_with_it(tool, context):
     assert context.session.draft is None
 
 
-def test_steps_and_combinations():
+def test_masks_are_combined_and_selection_steps_undone():
     one = np.array([True, True, False, False])
     two = np.array([False, True, True, False])
     assert combine_masks(one, two, "new").tolist() == two.tolist()
@@ -203,14 +203,14 @@ def test_features_inside_a_shape_are_selected(tool, context):
     assert not tool.selects_feature
 
 
-def test_enter_closes_a_shape_and_nothing_else(tool):
+def test_enter_without_a_shape_does_nothing(tool):
     tool.changes.select_all()
     assert tool.finish_problem().code == "tool.no-shape"
     assert tool.finish() is None
     assert tool.count == len(MESH.faces)
 
 
-def test_pixels_agree_with_the_shape_that_contains_the_places(context):
+def test_face_pixels_are_inside_the_outline_that_selects_them(context):
     view = context.elements.look
     centres = MESH.vertices[MESH.faces].mean(axis=1)
     pixels = view.pixels(centres)

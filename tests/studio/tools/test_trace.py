@@ -52,7 +52,7 @@ def draft(context):
 
 
 # --- the ordinary way -------------------------------------------------------------------------
-def test_the_vertices_are_the_hits_and_nothing_else(tool, context):
+def test_trace_vertices_are_exactly_the_clicked_points(tool, context):
     clicks(tool)
     assert tool.vertices == ZIGZAG
     tool.finish()
@@ -62,7 +62,7 @@ def test_the_vertices_are_the_hits_and_nothing_else(tool, context):
     assert trace.model_hash == MODEL.content_hash
 
 
-def test_a_finished_trace_is_announced_once_and_the_tool_is_idle(tool, context):
+def test_finishing_a_trace_emits_one_signal_and_leaves_the_tool_idle(tool, context):
     clicks(tool)
     made = tool.finish()
     assert context.made == [made]
@@ -85,7 +85,7 @@ def test_a_cancelled_trace_leaves_no_feature_and_no_draft(tool, context):
     assert draft(context) is None
 
 
-def test_a_double_click_finishes_only_what_is_open(tool, context):
+def test_double_click_finishes_only_an_open_trace(tool, context):
     tool.pointer(event(Pointer.DOUBLE_CLICK, ZIGZAG[0]))
     assert not tool.is_open
     clicks(tool)
@@ -94,7 +94,7 @@ def test_a_double_click_finishes_only_what_is_open(tool, context):
     assert len(the_traces(context)) == 1
 
 
-def test_other_buttons_and_clicks_beside_the_outcrop_add_nothing(tool, context):
+def test_other_buttons_and_clicks_off_the_outcrop_add_nothing(tool, context):
     clicks(tool, ZIGZAG[:2])
     tool.pointer(event(at=ZIGZAG[2], button=Button.RIGHT))
     tool.pointer(event(at=None))
@@ -102,7 +102,7 @@ def test_other_buttons_and_clicks_beside_the_outcrop_add_nothing(tool, context):
     assert context.said[-1] == Finding("tool.no-surface")
 
 
-def test_every_click_is_in_the_journal_before_it_is_shown(tool, context):
+def test_every_click_is_journalled_before_it_is_shown(tool, context):
     for count, point in enumerate(ZIGZAG, 1):
         rows = len(context.journal.kept)
         tool.pointer(event(at=point))
@@ -111,7 +111,7 @@ def test_every_click_is_in_the_journal_before_it_is_shown(tool, context):
         assert len(context.shown[-1].line) == count
 
 
-def test_type_and_set_chosen_before_finishing_are_those_of_the_trace(tool, context):
+def test_trace_gets_the_type_and_set_selected_before_finishing(tool, context):
     clicks(tool)
     tool.set_type("fault", "main")
     assert draft(context)["type_id"] == "fault"
@@ -121,7 +121,7 @@ def test_type_and_set_chosen_before_finishing_are_those_of_the_trace(tool, conte
 
 
 # --- one step back ------------------------------------------------------------------------------
-def test_undo_takes_back_one_step_after_the_other_to_the_very_first(tool, context):
+def test_undo_reverts_every_step_back_to_the_first_click(tool, context):
     clicks(tool)
     tool.move_vertex(1, (1.0, 0.3, 0.5))
     tool.insert_vertex((1.5, 0.0, 0.7))
@@ -154,7 +154,7 @@ def test_dragging_a_vertex_is_one_step(tool, context):
     assert tool.vertices == ZIGZAG
 
 
-def test_a_vertex_dragged_off_the_outcrop_stays_where_it_was_last_on_it(tool):
+def test_vertex_dragged_off_the_outcrop_stays_at_its_last_hit(tool):
     clicks(tool)
     tool.pointer(event(Pointer.DRAG_START, ZIGZAG[2], handle=2))
     tool.pointer(event(Pointer.DRAG_MOVE, (2.0, 0.1, 1.0), handle=2))
@@ -165,7 +165,7 @@ def test_a_vertex_dragged_off_the_outcrop_stays_where_it_was_last_on_it(tool):
 
 # --- inserting, deleting -------------------------------------------------------------------------
 @pytest.mark.parametrize("segment", range(4))
-def test_an_inserted_vertex_goes_between_its_neighbours(tool, segment):
+def test_inserted_vertex_is_placed_between_its_neighbours(tool, segment):
     clicks(tool)
     a, b = np.array(ZIGZAG[segment]), np.array(ZIGZAG[segment + 1])
     point = tuple(a + 0.4 * (b - a) + [0, 0, 0.01])
@@ -174,7 +174,7 @@ def test_an_inserted_vertex_goes_between_its_neighbours(tool, segment):
     assert tool.current_vertex == segment + 1
 
 
-def test_delete_takes_the_marked_vertex_and_only_it(tool, context):
+def test_delete_removes_only_the_marked_vertex(tool, context):
     clicks(tool)
     tool.delete_vertex()
     assert tool.vertices == ZIGZAG
@@ -187,7 +187,7 @@ def test_delete_takes_the_marked_vertex_and_only_it(tool, context):
     assert len(tool.vertices) == 4
 
 
-def test_a_click_on_a_vertex_marks_it_and_a_second_one_lets_it_go(tool):
+def test_click_on_a_vertex_toggles_its_mark(tool):
     clicks(tool)
     tool.pointer(event(at=ZIGZAG[1], handle=1))
     assert tool.current_vertex == 1
@@ -196,7 +196,7 @@ def test_a_click_on_a_vertex_marks_it_and_a_second_one_lets_it_go(tool):
     assert tool.vertices == ZIGZAG
 
 
-def test_deleting_the_last_vertex_of_a_new_trace_gives_it_up(tool, context):
+def test_deleting_the_last_vertex_discards_a_new_trace(tool, context):
     clicks(tool, ZIGZAG[:1])
     tool.delete_vertex(0)
     assert not tool.is_open
@@ -204,21 +204,21 @@ def test_deleting_the_last_vertex_of_a_new_trace_gives_it_up(tool, context):
 
 
 # --- what is refused ------------------------------------------------------------------------------
-def test_a_point_on_another_model_is_refused_with_the_reason(tool, context):
+def test_point_on_another_model_is_rejected_with_a_reason(tool, context):
     clicks(tool, ZIGZAG[:3])
     tool.pointer(event(at=ZIGZAG[3], model_id="m2"))
     assert tool.vertices == ZIGZAG[:3]
     assert context.said[-1] == Finding("tool.other-model")
 
 
-def test_a_model_that_is_gone_begins_nothing(tool, context):
+def test_click_on_a_removed_model_starts_no_trace(tool, context):
     tool.pointer(event(at=ZIGZAG[0], model_id="gone"))
     assert not tool.is_open
     assert context.said[-1] == Finding("model.removed")
 
 
 @pytest.mark.parametrize("points", [LINE[:1], LINE[:2], LINE, [LINE[0]] * 4], ids=str)
-def test_what_defines_no_plane_is_refused_and_the_trace_stays_open(tool, context, points):
+def test_points_that_define_no_plane_are_rejected_and_the_trace_stays_open(tool, context, points):
     clicks(tool, points)
     rows = len(context.journal.kept)
     assert tool.finish() is None
@@ -232,7 +232,7 @@ def test_what_defines_no_plane_is_refused_and_the_trace_stays_open(tool, context
     assert tool.finish() is not None
 
 
-def test_three_collinear_points_say_why_while_they_are_picked(tool, context):
+def test_collinear_points_show_their_problem_while_picking(tool, context):
     clicks(tool, LINE)
     count, *why = context.shown[-1].reading
     assert count == "3 points"
@@ -240,7 +240,7 @@ def test_three_collinear_points_say_why_while_they_are_picked(tool, context):
     assert " ".join(why) == tool.measurement.problem.message
 
 
-def test_beside_the_cursor_are_the_attitude_and_one_reason_only(tool, context):
+def test_reading_shows_the_attitude_and_one_reason(tool, context):
     clicks(tool)
     verdict = tool.measurement.verdict
     attitude, *why = context.shown[-1].reading
@@ -256,7 +256,7 @@ def old(tool, context) -> Trace:
     return the_traces(context)[0]
 
 
-def test_an_old_trace_is_continued_under_its_own_name(tool, context, old):
+def test_continued_trace_keeps_its_id_and_name(tool, context, old):
     tool.continue_feature(old.id)
     assert tool.is_continued
     tool.pointer(event(at=ZIGZAG[4]))
@@ -269,9 +269,7 @@ def test_an_old_trace_is_continued_under_its_own_name(tool, context, old):
     assert the_traces(context) == [old]
 
 
-def test_no_rubber_band_hangs_from_a_continued_trace_to_where_the_cursor_once_was(
-    tool, context, old
-):
+def test_continued_trace_shows_no_rubber_band_to_an_old_cursor_position(tool, context, old):
     tool.pointer(event(Pointer.MOVE, (9.0, 9.0, 9.0)))
     clicks(tool, ZIGZAG[:1])
     assert context.shown[-1].rubber is not None
@@ -282,7 +280,7 @@ def test_no_rubber_band_hangs_from_a_continued_trace_to_where_the_cursor_once_wa
     assert context.shown[-1].rubber is not None
 
 
-def test_a_cancelled_continuation_leaves_the_trace_as_it_was(tool, context, old):
+def test_cancelled_continuation_leaves_the_trace_unchanged(tool, context, old):
     tool.continue_feature(old.id)
     tool.delete_vertex(0)
     tool.cancel()
@@ -297,7 +295,7 @@ def test_only_one_trace_is_open_at_a_time(tool, context, old):
     assert tool.vertices == ZIGZAG[:2]
 
 
-def test_a_continued_trace_that_was_deleted_meanwhile_is_not_lost(tool, context, old):
+def test_deleting_a_trace_while_it_is_continued_keeps_its_clicks(tool, context, old):
     """Delete it behind the tool's back (tree, undo of its creation): finishing says why, the
     clicks stay."""
     tool.continue_feature(old.id)
@@ -337,7 +335,7 @@ def restored(context) -> TraceTool | None:
     return tool if found is not None and tool.restore(found.state) else None
 
 
-def test_after_every_step_the_next_start_has_the_same_open_trace(tool, context, old):
+def test_every_step_of_a_trace_is_restored_from_its_draft(tool, context, old):
     steps = [
         lambda: tool.pointer(event(at=ZIGZAG[0])),
         lambda: tool.pointer(event(at=ZIGZAG[1])),
@@ -383,7 +381,7 @@ def test_a_restored_trace_can_be_undone_and_finished(tool, context):
     assert draft(other) is None
 
 
-def test_damaged_drafts_are_refused_politely(tool, context):
+def test_damaged_drafts_are_rejected(tool, context):
     clicks(tool, ZIGZAG)
     good = draft(context)
     other = TraceTool(context)
@@ -403,7 +401,7 @@ def test_damaged_drafts_are_refused_politely(tool, context):
         assert not other.is_open
 
 
-def test_a_draft_whose_type_is_gone_keeps_its_clicks(tool, context):
+def test_draft_with_a_missing_type_keeps_its_clicks(tool, context):
     clicks(tool, ZIGZAG)
     other = TraceTool(context)
     assert other.restore({**draft(context), "type_id": "gone"})
@@ -412,7 +410,7 @@ def test_a_draft_whose_type_is_gone_keeps_its_clicks(tool, context):
 
 
 # --- a journal that cannot be written ------------------------------------------------------------
-def test_a_click_that_cannot_be_written_is_not_there(tool, context):
+def test_click_that_cannot_be_written_is_discarded(tool, context):
     context.journal.refuse = DocumentError(Finding("disk.full"))
     clicks(tool, ZIGZAG[:1])
     assert not tool.is_open
@@ -439,7 +437,7 @@ def test_a_click_that_cannot_be_written_is_not_there(tool, context):
     assert tool.vertices == ZIGZAG
 
 
-def test_a_trace_that_cannot_be_finished_or_cancelled_on_disk_stays_open(tool, context):
+def test_trace_stays_open_if_the_journal_cannot_be_written(tool, context):
     clicks(tool)
     context.journal.refuse = DocumentError(Finding("disk.full"))
     assert tool.finish() is None
@@ -451,7 +449,7 @@ def test_a_trace_that_cannot_be_finished_or_cancelled_on_disk_stays_open(tool, c
     assert tool.finish() is not None
 
 
-def test_a_trace_that_is_back_before_its_model_is_judged_with_the_model(tool, context, monkeypatch):
+def test_trace_restored_before_its_model_gets_its_resolution_at_finish(tool, context, monkeypatch):
     """The draft is restored while the model is still being read."""
     clicks(tool)
     back, other = again(context)
@@ -472,7 +470,7 @@ def test_a_trace_that_is_back_before_its_model_is_judged_with_the_model(tool, co
     assert trace.outcrop_normal == (0.0, 1.0, 0.0)
 
 
-def test_only_a_plane_that_may_be_kept_is_shown_as_a_disc(tool, context):
+def test_poor_plane_is_not_shown_as_a_disc(tool, context):
     # A bend of four metres in one plane, and one whose points stand a metre off any plane.
     sure = [(0.0, 0.0, 0.0), (4.0, 2.0, 0.0), (8.0, 0.5, 0.01), (12.0, 4.0, 0.0), (16.0, 0.0, 0.0)]
     clicks(tool, sure)
