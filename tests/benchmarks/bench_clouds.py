@@ -204,7 +204,7 @@ def run(app: QApplication, path: Path) -> None:
         if hit is not None:
             for _ in range(6):
                 view.camera.zoom(0.7, view.world_position(hit))
-                view.moves.moved()
+                view.moves.redraw()
                 pump(app, 0.05)
         pump(app, 0.3)
         say("closer", pump(app, 60.0, settled) + 0.6)

@@ -169,7 +169,7 @@ def zoom(app: QApplication, view, heart: Heartbeat) -> None:  # type: ignore[no-
     heart.restart()
     for _ in range(8):
         view.camera.zoom(0.72, about)
-        view.moves.moved()
+        view.moves.redraw()
         pump(app, 0.02)
         rests.append(pump(app, 30.0, lambda: bool(scene.picture.is_complete)))
     levels = [s.level for m in scene.models.values() for s in m.gpu_textures.values()]
@@ -636,10 +636,10 @@ def second_view(app: QApplication, millions: float, folder: Path) -> None:
     view.shutdown()
 
 
-def follow(moved, other) -> None:  # type: ignore[no-untyped-def]
+def follow(redraw, other) -> None:  # type: ignore[no-untyped-def]
     """Link the cameras of two views."""
-    other.camera.restore(moved.camera.to_dict())
-    other.moves.moved()
+    other.camera.restore(redraw.camera.to_dict())
+    other.moves.redraw()
 
 
 def feature_changes(app: QApplication, view, line) -> list[float]:  # type: ignore[no-untyped-def]

@@ -165,7 +165,7 @@ def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, pic
     wait(lambda: tool.is_open and not tool.is_searching, "the ways by all costs", 120.0)
     clicks = np.array(tool.vertices)
     driver.keep_picture(window, "following-best")
-    by = tool.merge_with
+    by = tool.effective_cost
     assert by in available_costs(SurfaceGraph(studio.models[tool.trace.model_id].data))
     assert box.currentData() == "auto"
     assert box.currentText().endswith(f": {box.itemText(box.findData(by))}")

@@ -55,7 +55,7 @@ def test_large_copc_file_is_streamed_with_the_points_of_the_file(window, cliff):
     before = len(opened.data.store.loaded())
     for _ in range(5):
         viewport.camera.zoom(0.6, viewport.world_position(hit))
-        viewport.moves.moved()
+        viewport.moves.redraw()
         driver.pause(20)
     settle(window, model_id)
     assert len(opened.data.store.loaded()) > before

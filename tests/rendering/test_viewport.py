@@ -449,9 +449,9 @@ def test_a_model_can_be_hidden_and_moved(stage: Stage) -> None:
     stage.view.models.set_visible("w", False)
     assert stage.view.pick(350.0, 250.0) is None
     stage.view.models.set_visible("w", True)
-    moved = np.eye(4)
-    moved[:3, 3] = (0.0, 0.0, 1.0)
-    stage.view.models.set_to_world("w", moved)
+    redraw = np.eye(4)
+    redraw[:3, 3] = (0.0, 0.0, 1.0)
+    stage.view.models.set_to_world("w", redraw)
     again = stage.view.pick(350.0, 250.0)
     assert again is not None
     assert abs(again.position[2] - hit.position[2] + 1.0) < 0.05
@@ -532,7 +532,7 @@ def test_symbol_keeps_its_size_and_can_be_clicked(stage: Stage) -> None:
     widths = []
     for zoom in (1.0, 2.0):
         stage.view.camera.zoom(zoom, place)
-        stage.view.moves.moved()
+        stage.view.moves.redraw()
         stage.settle()
         shown = np.abs(stage.picture() - 255.0 * np.array(color)).max(axis=2) <= 12
         columns = np.flatnonzero(shown.any(axis=0))
@@ -568,7 +568,7 @@ def test_disc_too_small_to_see_is_drawn_as_a_clickable_dot(stage: Stage) -> None
     assert stage.view.features.at(x + 4.0, y) == "s"
     # Large on the screen it is a disc and nothing else.
     stage.view.camera.zoom(0.02, place)
-    stage.view.moves.moved()
+    stage.view.moves.redraw()
     stage.settle()
     assert not len(stage.view.overlays.annotations._strokes)
 
@@ -600,7 +600,7 @@ def test_trace_is_labelled_at_its_visible_part(stage: Stage) -> None:
     assert stage.view.overlays.annotations.label_boxes
     stage.view.camera.set_pivot(line[10])
     stage.view.camera.zoom(0.2, line[10])
-    stage.view.moves.moved()
+    stage.view.moves.redraw()
     stage.settle()
     pixels, seen = stage.view.project(line[[10, 20]])
     assert seen.tolist() == [True, False]
@@ -668,7 +668,7 @@ def test_labels_are_stable_while_the_view_rotates(stage: Stage) -> None:
     changes = 0
     for _ in range(20):
         stage.view.camera.orbit(0.2, 0.05)
-        stage.view.moves.moved()
+        stage.view.moves.redraw()
         stage.view.repaint()
         changes += len(shown() ^ last)
         last = shown()

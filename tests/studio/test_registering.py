@@ -17,8 +17,8 @@ from vomstudio.project.kinds.control_point import ControlPoint
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import measure_all
 from vomstudio.project.records import DEFAULT_TYPES, Model
+from vomstudio.registration.rotation_uncertainty import worst_turn95_deg
 from vomstudio.registration.similarity import jacobian
-from vomstudio.registration.turn_checks import worst_turn95_deg
 from vomstudio.studio.placing.registering import (
     add_reference_error,
     expected_positions,

@@ -1,1 +1,1 @@
-"""Similarity transforms from model coordinates to World, with their residuals and errors."""
+"""Registration of models in World: observations, adjustment, residuals, errors and warnings."""

@@ -47,6 +47,7 @@ from vomstudio.registration.results import (
     RotationError95,
     WeakestAxis,
 )
+from vomstudio.registration.rotation_uncertainty import turn_findings
 from vomstudio.registration.similarity import (
     Similarity,
     fit_similarity,
@@ -54,7 +55,6 @@ from vomstudio.registration.similarity import (
     jacobian,
 )
 from vomstudio.registration.similarity_observation import SimilarityObservation
-from vomstudio.registration.turn_checks import turn_findings
 from vomstudio.registration.warnings import (
     blunder_findings,
     bowing_findings,

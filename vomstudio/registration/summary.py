@@ -19,8 +19,8 @@ from vomstudio.geometry.registrations import NorthReference, Registration
 from vomstudio.geometry.units import length_text
 from vomstudio.project.records import Model
 from vomstudio.project.registration_errors import registration_bowing
+from vomstudio.registration.rotation_uncertainty import turn_findings, worst_turn95_deg
 from vomstudio.registration.scatter import scale_findings
-from vomstudio.registration.turn_checks import turn_findings, worst_turn95_deg
 from vomstudio.registration.warnings import (
     bowing_findings,
     describe_edges,

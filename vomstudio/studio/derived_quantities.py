@@ -77,7 +77,7 @@ class DerivedQuantities:
         registrations = dict.fromkeys(m.registration for m in models if m.registration)
         if not registrations:
             return ()
-        from vomstudio.registration.turn_checks import turn_findings
+        from vomstudio.registration.rotation_uncertainty import turn_findings
 
         registration_findings = (
             turn_findings(registration.rotation_covariance()) for registration in registrations

@@ -8,7 +8,7 @@ import pytest
 from vomstudio.core.progress import SilentProgress
 from vomstudio.photogrammetry.base import checkpoints, memory
 from vomstudio.photogrammetry.base.checkpoints import Checkpoints
-from vomstudio.photogrammetry.dense import depthmaps, fusion, memory_limits, undistortion
+from vomstudio.photogrammetry.dense import depthmaps, fusion, memory_estimate, undistortion
 from vomstudio.photogrammetry.surface import meshing
 from vomstudio.studio.jobs.executors import Threads
 
@@ -51,18 +51,18 @@ def test_at_least_one_photo_is_processed(free):
 
 def test_fitting_photos_are_processed_at_the_requested_size(free):
     free(16)
-    assert memory_limits.fitting_size(3200, [(6000, 4000)] * 12) == 3200
+    assert memory_estimate.fitting_size(3200, [(6000, 4000)] * 12) == 3200
 
 
 def test_little_memory_or_many_photos_reduce_the_photo_size(free):
     free(3)
-    small = memory_limits.fitting_size(3200, [(6000, 4000)] * 12)
+    small = memory_estimate.fitting_size(3200, [(6000, 4000)] * 12)
     assert small < 3200
     pixels = round(small * small / 1.5)
     assert depthmaps.peak_memory_bytes(small, round(small / 1.5)) < 0.7 * 3 * GB
     assert fusion.peak_memory_bytes(12 * pixels, pixels) < 1.01 * 0.7 * 3 * GB
     free(16)
-    assert memory_limits.fitting_size(3200, [(6000, 4000)] * 1000) < 1600
+    assert memory_estimate.fitting_size(3200, [(6000, 4000)] * 1000) < 1600
 
 
 def test_little_memory_reduces_the_points_of_the_surface(free):

@@ -100,7 +100,7 @@ def stroke(tool, *places, release=True, **more) -> None:
 
 
 def wheel(tool, turns, **keys) -> None:
-    tool.pointer(PointerEvent(Pointer.WHEEL, 0.0, 0.0, turns=turns, **keys))
+    tool.pointer(PointerEvent(Pointer.WHEEL, 0.0, 0.0, wheel_notches=turns, **keys))
 
 
 def patches(context) -> list[Patch]:

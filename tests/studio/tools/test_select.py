@@ -44,7 +44,7 @@ def event(kind, x=0.0, y=0.0, *, face=None, shift=False, ctrl=False, turns=0.0) 
     if face is not None:
         place = MESH.vertices[MESH.faces[face]].mean(axis=0)
         hit = Hit("m1", "face", face, tuple(place))
-    return PointerEvent(kind, x, y, Button.LEFT, shift, ctrl, hit, turns=turns)
+    return PointerEvent(kind, x, y, Button.LEFT, shift, ctrl, hit, wheel_notches=turns)
 
 
 def drag(tool, x0, y0, x1, y1, **keys) -> None:

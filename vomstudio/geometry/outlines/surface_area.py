@@ -30,7 +30,7 @@ class _EnclosedTriangles:
     """
 
     faces: FloatArray
-    projected_outline: FloatArray
+    projected_faces: FloatArray
     share: FloatArray
     polygon: shapely.Polygon
 
@@ -85,7 +85,7 @@ def clip_to_outline(corners: npt.ArrayLike, ring: npt.ArrayLike) -> FloatArray |
             enclosed_triangles.faces[is_fully_enclosed],
             _clip_faces(
                 enclosed_triangles.faces[~is_fully_enclosed],
-                enclosed_triangles.projected_outline[~is_fully_enclosed],
+                enclosed_triangles.projected_faces[~is_fully_enclosed],
                 enclosed_triangles.polygon,
             ),
         ]

@@ -1,1 +1,1 @@
-"""Checks of imported coordinates: their frame, and whether it is metric."""
+"""Imported coordinates and tables: their frame, conversion to metres, and checks."""

@@ -23,7 +23,7 @@ from vomstudio.core.files.regular import read_json, read_whole_file
 from vomstudio.core.findings import Finding, to_json_list
 from vomstudio.core.progress import Executor, Progress
 from vomstudio.core.words import tr
-from vomstudio.photogrammetry.align import mapping, match_database, matching, shared_lenses
+from vomstudio.photogrammetry.align import lens_separation, mapping, match_database, matching
 from vomstudio.photogrammetry.align.calibration import calibrate
 from vomstudio.photogrammetry.align.features import (
     MAX_FEATURES,
@@ -184,7 +184,7 @@ def align(
     settings = mapping.MappingOptions(options.mapper, threads, options.seed)  # type: ignore[arg-type]
     mapping_result = mapping.map_photos(database, photos, work_folder, settings, progress)
     mapping_result = (
-        shared_lenses.separate_lenses(
+        lens_separation.separate_lenses(
             database,
             photos,
             features,

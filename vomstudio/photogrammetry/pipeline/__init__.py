@@ -1,1 +1,1 @@
-"""Resumable stages of a reconstruction, and their reports."""
+"""Resumable stages of a reconstruction, and the data of its report."""

@@ -33,7 +33,7 @@ def estimate_memory(
 ) -> MemoryRequirement:
     """Return the memory requirement of photos with these widths and heights."""
     from vomstudio.photogrammetry.base.memory import available_bytes
-    from vomstudio.photogrammetry.dense.memory_limits import fitting_size, peak_memory
+    from vomstudio.photogrammetry.dense.memory_estimate import fitting_size, peak_memory
 
     requested_px = settings.quality_sizes.dense_px
     size = fitting_size(requested_px, sizes)

@@ -285,7 +285,7 @@ class _Run:
 
     def _dense_size(self, placed_registered: _RegisteredScene) -> int:
         """Return the size of depth maps, at most the size used by an earlier run."""
-        from vomstudio.photogrammetry.dense.memory_limits import fitting_size
+        from vomstudio.photogrammetry.dense.memory_estimate import fitting_size
 
         requested_px, lenses = (
             self.settings.quality_sizes.dense_px,

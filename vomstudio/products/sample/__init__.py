@@ -1,1 +1,1 @@
-"""Measurements on the sample outcrop compared with its truth."""
+"""Planes, axes and models of the sample outcrop, compared with their true values."""

@@ -59,29 +59,29 @@ def read_field_table(path: str | Path) -> FieldTable:
     """
     path = Path(path)
     if is_layer_file(path):
-        return _table_of_layer(path)
+        return _read_layer_table(path)
     text, notes = read_text(path, MAX_OBJECTS)
     lines = [line.rstrip("\r") for line in text.split("\n")]
-    used_columns = [
+    records = [
         (i, line)
-        for i, line in _join_quoted(lines)
+        for i, line in _join_quoted_lines(lines)
         if not is_blank(line.strip()) and not line.lstrip().startswith("#")
     ]
     comments = tuple(
         line.strip().lstrip("#").strip() for line in lines if line.lstrip().startswith("#")
     )
-    if not used_columns:
+    if not records:
         raise InputError(Finding("table.no-rows"), file=path)
-    delimiter = detect_delimiter([line for _, line in used_columns[:200]])
-    if all(is_orientation(line) for _, line in used_columns[1:20]) and len(used_columns) > 1:
-        rows = [[line.strip()] for _, line in used_columns]  # each line is one reading: N42E 41SE
+    delimiter = detect_delimiter([line for _, line in records[:200]])
+    if all(is_orientation(line) for _, line in records[1:20]) and len(records) > 1:
+        rows = [[line.strip()] for _, line in records]  # each line is one reading: N42E 41SE
     else:
-        rows = [_split_cells(line, delimiter) for _, line in used_columns]
-    column_indices = [i for i, _ in used_columns]
+        rows = [_split_cells(line, delimiter) for _, line in records]
+    line_numbers = [i for i, _ in records]
     has_header = is_header(rows[0], delimiter) and not any(is_orientation(cell) for cell in rows[0])
     first_row = rows[0]
     if has_header:
-        rows, column_indices = rows[1:], column_indices[1:]
+        rows, line_numbers = rows[1:], line_numbers[1:]
         if delimiter == " " and rows:
             first_row = rejoin_header(first_row, [], rows)
     names = tuple(first_row) if has_header else None
@@ -101,11 +101,11 @@ def read_field_table(path: str | Path) -> FieldTable:
             )
             row[:] = (row + [""] * width)[:width]
     return FieldTable(
-        path, names, width, delimiter, rows, column_indices, ragged_rows, tuple(notes), comments
+        path, names, width, delimiter, rows, line_numbers, ragged_rows, tuple(notes), comments
     )
 
 
-def _table_of_layer(path: Path) -> FieldTable:
+def _read_layer_table(path: Path) -> FieldTable:
     table = read_any_table(path)
     return FieldTable(
         path,
@@ -120,7 +120,7 @@ def _table_of_layer(path: Path) -> FieldTable:
     )
 
 
-def _join_quoted(lines: list[str]) -> list[tuple[int, str]]:
+def _join_quoted_lines(lines: list[str]) -> list[tuple[int, str]]:
     """Join the lines of quoted cells, and return records with the number of their first line.
 
     A quote that is not closed within `MAX_CELL_LINES` belongs to a single line.

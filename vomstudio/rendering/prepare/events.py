@@ -54,7 +54,7 @@ class MeshChunkReady:
 
     chunk: FaceChunk
     data: vtkPolyData
-    texels_per_metre: float
+    uv_per_metre: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from vomstudio.rendering.view.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
 
 
 class CameraMoves(QObject):
-    """Camera moves. Callers that move the camera directly must call `moved`."""
+    """Camera moves. Callers that move the camera directly must call `redraw`."""
 
     changed = Signal()
     restored = Signal()
@@ -40,7 +40,7 @@ class CameraMoves(QObject):
         self._pane, self._scene_bounds, self._picture = pane, scene_bounds, picture
         self._fitted_points: FloatArray | None = None
 
-    def moved(self) -> None:
+    def redraw(self) -> None:
         """Request a drawing in the next paint, and its refinement after a delay."""
         self._fitted_points = None
         self._picture.begin_motion()
@@ -65,7 +65,7 @@ class CameraMoves(QObject):
     def fit(self, points_world: FloatArray) -> None:
         """Show all these World points (n, 3), keeping the view direction."""
         self.camera.fit(points_world, self._pane.extent())
-        self.moved()
+        self.redraw()
 
     def handle_resize(self) -> None:
         """Frame the same points again unless the camera has been moved since."""
@@ -99,13 +99,13 @@ class CameraMoves(QObject):
         1 degree of vertical.
         """
         self.camera.look_along(trend_deg, plunge_deg)
-        self.moved()
+        self.redraw()
 
     def set_orthographic(self, is_orthographic: bool) -> None:
         """Switch the projection, keeping the scale at the distance of the pivot."""
         if is_orthographic != self.camera.orthographic:
             self.camera.orthographic = is_orthographic
-            self.moved()
+            self.redraw()
 
     def _frame_all(self) -> None:
         self.frame(self._scene_bounds())
@@ -144,4 +144,4 @@ class CameraMoves(QObject):
         """Restore a camera state. If it is not valid, raise ValueError and change nothing."""
         self.camera.restore(state)
         self.restored.emit()
-        self.moved()
+        self.redraw()

@@ -30,7 +30,7 @@ from vomstudio.studio.tools.interaction_types import (
 HANDLE_PICK_DISTANCE_PIXELS = 9.0
 HOVER_INTERVAL_S = 0.016
 STILL_DELAY_MS = 150
-BRUSH_STEPS = 40
+MAX_BRUSH_STEPS = 40
 DEGREES_PER_PIXEL = 0.35
 ZOOM_PER_NOTCH = 0.85
 
@@ -54,12 +54,12 @@ class GestureView(Pane, Protocol):
         """Handle the cursor at a pixel; `is_free` means that it is not over a preview vertex."""
 
 
-class Moves(Protocol):
+class CameraMover(Protocol):
     """Protocol for camera moves."""
 
     camera: Camera
 
-    def moved(self) -> None:
+    def redraw(self) -> None:
         """Redraw after the camera has been moved."""
 
     def set_pivot(self, point_world: FloatArray) -> None: ...
@@ -83,7 +83,7 @@ class Gestures(QObject):
     orbit_button : MouseButton
         Button that orbits. If it is the right button, drags with the left button are passed to
         the tool.
-    tool_takes_keys : bool
+    tool_uses_modifiers : bool
         Whether the tool uses Shift with the left button, which otherwise pans, and Ctrl or Shift
         with the wheel.
     cursor : QPointF or None
@@ -97,12 +97,14 @@ class Gestures(QObject):
     pointer = Signal(object)
     """Emits the PointerEvents for the tool."""
 
-    def __init__(self, view: GestureView, moves: Moves, faces: ClipFaces, parent: QObject) -> None:
+    def __init__(
+        self, view: GestureView, moves: CameraMover, faces: ClipFaces, parent: QObject
+    ) -> None:
         super().__init__(parent)
         self._view, self._moves, self._faces = view, moves, faces
         self._camera = moves.camera
         self.orbit_button = Qt.MouseButton.LeftButton
-        self.tool_takes_keys = False
+        self.tool_uses_modifiers = False
         self._turntable = True
         self.cursor: QPointF | None = None
         self.hovered_handle: int | None = None
@@ -119,9 +121,9 @@ class Gestures(QObject):
         self._hover_timer = QTimer(self, singleShot=True)
         self._hover_timer.timeout.connect(self._emit_hover)
         # A tool whose measurements are delayed during a drag updates them when the cursor stops.
-        self._rest_timer = QTimer(self)
-        self._rest_timer.setInterval(STILL_DELAY_MS)
-        self._rest_timer.timeout.connect(self._emit_rest)
+        self._still_timer = QTimer(self)
+        self._still_timer.setInterval(STILL_DELAY_MS)
+        self._still_timer.timeout.connect(self._emit_still)
 
     def set_turntable(self, is_enabled: bool) -> None:
         """Set whether orbiting keeps the z axis upright or is free, as with a trackball."""
@@ -129,12 +131,12 @@ class Gestures(QObject):
 
     def adopt_settings(self, other: Gestures) -> None:
         """Use the buttons, keys and rotation of another view."""
-        self.orbit_button, self.tool_takes_keys = other.orbit_button, other.tool_takes_keys
+        self.orbit_button, self.tool_uses_modifiers = other.orbit_button, other.tool_uses_modifiers
         self._turntable = other._turntable
 
     def stop(self) -> None:
         self._hover_timer.stop()
-        self._rest_timer.stop()
+        self._still_timer.stop()
 
     def handle_at(self, x: float, y: float) -> int | None:
         """Return the preview vertex at a pixel, or None."""
@@ -202,7 +204,7 @@ class Gestures(QObject):
             start = self._event(Pointer.DRAG_START, self._press_position, button, event)
             self.pointer.emit(replace(start, handle=self._dragged_handle))
         elif button == Qt.MouseButton.MiddleButton or (
-            button == Qt.MouseButton.LeftButton and has_shift and not self.tool_takes_keys
+            button == Qt.MouseButton.LeftButton and has_shift and not self.tool_uses_modifiers
         ):
             self._action = "pan"
             self._action_depth = (
@@ -259,7 +261,7 @@ class Gestures(QObject):
             camera.pan(dx, dy, self._view.extent()[1], self._action_depth)
         else:
             camera.zoom(ZOOM_PER_NOTCH ** (-dy / 30.0), camera.pivot)
-        self._moves.moved()
+        self._moves.redraw()
 
     def _drag_tool(
         self, event: QMouseEvent, cursor_position: QPointF, last_position: QPointF
@@ -272,16 +274,16 @@ class Gestures(QObject):
             depth = float((brush.centre - camera.position) @ camera.direction)
             pixels = brush.radius / camera.metres_per_pixel(self._view.extent()[1], depth)
             length = max(abs(movement.x()), abs(movement.y()))
-            steps = min(max(1, math.ceil(2.0 * length / max(pixels, 2.0))), BRUSH_STEPS)
-        self._rest_timer.start()
+            steps = min(max(1, math.ceil(2.0 * length / max(pixels, 2.0))), MAX_BRUSH_STEPS)
+        self._still_timer.start()
         for step in range(1, steps + 1):
             position = last_position + movement * (step / steps)
             move = self._event(Pointer.DRAG_MOVE, position, self._button, event)
-            self.pointer.emit(replace(move, handle=None, more=step < steps))
+            self.pointer.emit(replace(move, handle=None, has_more_steps=step < steps))
 
-    def _emit_rest(self) -> None:
+    def _emit_still(self) -> None:
         if self._action != "tool" or self._press_position is None:
-            self._rest_timer.stop()
+            self._still_timer.stop()
             return
         x, y = self._last_position.x(), self._last_position.y()
         button = BUTTONS.get(self._button, Button.NONE)
@@ -332,10 +334,10 @@ class Gestures(QObject):
         view, position = self._view, event.position()
         keys, modifier = event.modifiers(), Qt.KeyboardModifier
         shift, ctrl = bool(keys & modifier.ShiftModifier), bool(keys & modifier.ControlModifier)
-        if self.tool_takes_keys and (shift or ctrl):
+        if self.tool_uses_modifiers and (shift or ctrl):
             x, y = position.x(), position.y()
             self.pointer.emit(
-                PointerEvent(Pointer.WHEEL, x, y, shift=shift, ctrl=ctrl, turns=notches)
+                PointerEvent(Pointer.WHEEL, x, y, shift=shift, ctrl=ctrl, wheel_notches=notches)
             )
             event.accept()
             return
@@ -347,7 +349,7 @@ class Gestures(QObject):
                 position.x(), position.y(), view.extent(), self._camera.distance
             )
         self._camera.zoom(ZOOM_PER_NOTCH**notches, centre)
-        self._moves.moved()
+        self._moves.redraw()
         event.accept()
 
     # -- hovering

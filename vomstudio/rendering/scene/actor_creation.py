@@ -79,7 +79,7 @@ class ActorCreator:
     def _add_chunk(self, model: ModelScene, event: MeshChunkReady) -> None:
         part = self.part(model, event.data)
         part.material = event.chunk.material
-        part.density = event.texels_per_metre
+        part.density = event.uv_per_metre
         part.has_uv = event.data.GetPointData().GetTCoords() is not None
         part.rows = event.chunk.vertex_ids
         model.face_chunks.append(event.chunk)

@@ -30,8 +30,8 @@ from vomstudio.registration.coordinate_checks import (
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.placing import prepend_warnings
 from vomstudio.registration.results import ModelPlacement, PointResidual
+from vomstudio.registration.rotation_uncertainty import worst_turn95_deg
 from vomstudio.registration.similarity import jacobian
-from vomstudio.registration.turn_checks import worst_turn95_deg
 from vomstudio.studio.placing.known_lines import (
     frame_after_placement,
     place_by_known_lines,

@@ -147,7 +147,7 @@ class ElementTool:
             self._notify_change()
         elif self._shape is not None and event.kind is Pointer.DRAG_MOVE:
             self._shape.drag(event)
-            if not event.more:
+            if not event.has_more_steps:
                 self._show_preview()
         elif self._shape is not None and event.kind is Pointer.DRAG_END:
             self._shape.drag(event)

@@ -79,7 +79,7 @@ class FollowingTool(PolylineTool[F]):
             self._context.tool_changed()
 
     @property
-    def merge_with(self) -> str | None:
+    def effective_cost(self) -> str | None:
         """Cost by which the open feature is followed (for AUTO, the best so far), or None."""
         if self._feature is None or not self.is_path:
             return None

@@ -83,10 +83,10 @@ class PointerEvent:
     ----------
     handle : int, optional
         Index of the preview's vertex handle under the cursor.
-    more : bool
+    has_more_steps : bool
         Whether another event of the same drag follows immediately, so that drawing can be
         postponed.
-    turns : float
+    wheel_notches : float
         Number of wheel notches, positive for rotation away from the user.
     is_in_photo : bool
         Whether `x` and `y` are pixels of a photo or of the second view instead of the viewport.
@@ -104,8 +104,8 @@ class PointerEvent:
     ctrl: bool = False
     hit: Hit | None = None
     handle: int | None = None
-    more: bool = False
-    turns: float = 0.0
+    has_more_steps: bool = False
+    wheel_notches: float = 0.0
     is_in_photo: bool = False
     photo: str = ""
     alt: bool = False

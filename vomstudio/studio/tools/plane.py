@@ -198,7 +198,7 @@ class PlaneTool(ElementTool):
     def pointer(self, event: PointerEvent) -> None:
         """Grow, paint or draw a shape with the left button; see `Tool`."""
         if event.kind is Pointer.WHEEL:
-            self.growth.change_tolerance(event.turns, includes_distance=event.shift)
+            self.growth.change_tolerance(event.wheel_notches, includes_distance=event.shift)
             self.regrow()
             return
         if event.kind is Pointer.MOVE:
@@ -220,7 +220,7 @@ class PlaneTool(ElementTool):
             self._press(event)
         elif event.kind is Pointer.DRAG_MOVE and self._is_pressed:
             self._paint(event.hit)
-            if not event.more:
+            if not event.has_more_steps:
                 self._measure_live()
                 self._show_preview()
         elif event.kind is Pointer.DRAG_END and self._is_pressed:
@@ -619,5 +619,5 @@ TOOL = ToolEntry(
     key="P",
     tip=to_translate("Click or paint a surface to fit its plane."),
     order=20,
-    takes_keys=True,
+    uses_modifiers=True,
 )

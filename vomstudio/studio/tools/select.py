@@ -129,5 +129,5 @@ TOOL = ToolEntry(
     key="S",
     tip=to_translate("Select features or parts of the surface by clicks or shapes."),
     order=25,
-    takes_keys=True,
+    uses_modifiers=True,
 )

@@ -25,7 +25,7 @@ class ToolEntry:
         Shortcut in the viewport.
     order : int
         Position of the button among those of the tools.
-    takes_keys : bool
+    uses_modifiers : bool
         Whether the tool uses Shift with the left button, which otherwise pans, and the wheel
         with Ctrl or Shift.
     """
@@ -36,7 +36,7 @@ class ToolEntry:
     key: str
     tip: str
     order: int
-    takes_keys: bool = False
+    uses_modifiers: bool = False
 
     @property
     def name(self) -> str:

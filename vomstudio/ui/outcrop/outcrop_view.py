@@ -225,8 +225,8 @@ class OutcropView(QObject):
             self.viewport.gestures.orbit_button = (
                 Qt.MouseButton.RightButton if is_painting else Qt.MouseButton.LeftButton
             )
-            key_tool_names = {entry.name for entry in TOOLS if entry.takes_keys}
-            self.viewport.gestures.tool_takes_keys = tool in key_tool_names
+            modifier_tool_names = {entry.name for entry in TOOLS if entry.uses_modifiers}
+            self.viewport.gestures.tool_uses_modifiers = tool in modifier_tool_names
 
     # --- the camera --------------------------------------------------------------------------
     def _handle_camera_change(self) -> None:

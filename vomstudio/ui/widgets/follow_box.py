@@ -56,7 +56,7 @@ class FollowBox(ComboBox):
                 self._fields = fields
                 fill_choices(self, find_declaration(FollowOptions, "cost"), field_costs(fields))
                 self.insertItem(0, tr("straight line"), None)
-            cost_in_use = self._tool.merge_with if self._tool.cost == AUTO else None
+            cost_in_use = self._tool.effective_cost if self._tool.cost == AUTO else None
             automatic_title = tr(COST_TITLES[AUTO])
             if cost_in_use in COST_TITLES:
                 automatic_title = tr("automatic: {cost}", cost=tr(COST_TITLES[cost_in_use]))

@@ -77,7 +77,7 @@ def fit_summary(fit: FittedModel, record: Registration | None) -> str:
     record : Registration or None
         Resulting registration, which includes the error of the reference if it is known.
     """
-    from vomstudio.registration.turn_checks import worst_turn95_deg
+    from vomstudio.registration.rotation_uncertainty import worst_turn95_deg
     from vomstudio.registration.warnings import reference_fit_finding, worst_axis_findings
 
     fit_finding = reference_fit_finding(fit.places, fit.overlap, fit.rms_m, fit.blocks, fit.block_m)

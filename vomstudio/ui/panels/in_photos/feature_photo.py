@@ -250,7 +250,7 @@ class FeaturePhoto(QObject):
             ctrl=pointer.ctrl,
             hit=hit,
             handle=pointer.handle,
-            more=pointer.is_continued,
+            has_more_steps=pointer.is_continued,
             is_in_photo=True,
             photo=self.name or "",
             alt=pointer.alt,

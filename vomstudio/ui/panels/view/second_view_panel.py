@@ -196,7 +196,7 @@ class SecondViewPanel(QWidget):
         self._is_linking = True
         try:
             target.camera.restore(source.camera.to_dict())
-            target.moves.moved()
+            target.moves.redraw()
         finally:
             self._is_linking = False
 

@@ -34,7 +34,7 @@ from vomstudio.photogrammetry.base.colmap import colmap, run_cancellable
 # less than 0.01, or 0.1 with strong distortion.
 _MAX_LOG_SCATTER = 0.08
 # Maximum relative difference between focal lengths of the same lens after mapping.
-_LENS_TOLERANCE = 0.06
+_MAX_LOG_FOCAL_GAP = 0.06
 # Maximum ratio of the new reprojection error to the previous one. Wrong lenses more than double the
 # error.
 _MAX_ERROR_RATIO = 0.8
@@ -46,7 +46,7 @@ def separate_lenses(
     features: Sequence[Features],
     work_folder: Path,
     options: MappingOptions,
-    present_images: Sequence[Any],
+    current_reconstructions: Sequence[Any],
     progress: Progress,
 ) -> MappingResult | None:
     """Map the photos with separate lenses.
@@ -56,7 +56,7 @@ def separate_lenses(
     database : database of these photos, with matches
     """
     groups = group_unknown_photos(photos)
-    if not groups or not present_images:
+    if not groups or not current_reconstructions:
         return None
     scratch_folder = work_folder / "lenses"
     shutil.rmtree(scratch_folder, ignore_errors=True)
@@ -69,7 +69,7 @@ def separate_lenses(
         separate_database = _create_database(
             database, scratch_folder / "own.db", photos, features, lens_numbers
         )
-        focals = _estimate_focals(separate_database, options, progress)
+        focals = _estimate_focal_lengths(separate_database, options, progress)
         if all(float(np.std(np.log([focals[r] for r in g]))) < _MAX_LOG_SCATTER for g in groups):
             return None
         separate_mapping = mapping.map_photos(
@@ -87,7 +87,7 @@ def separate_lenses(
             merged_database, photos, scratch_folder, options, progress
         )
         if not mapping_result.reconstructions or not _is_better(
-            mapping_result.reconstructions[0], present_images[0]
+            mapping_result.reconstructions[0], current_reconstructions[0]
         ):
             return None
     finally:
@@ -100,7 +100,7 @@ def separate_lenses(
             for focal, n in sizes
         ),
         after_px=_reprojection_error(mapping_result.reconstructions[0]),
-        before_px=_reprojection_error(present_images[0]),
+        before_px=_reprojection_error(current_reconstructions[0]),
     )
     return replace(mapping_result, notes=(*mapping_result.notes, note))
 
@@ -129,7 +129,9 @@ def _create_database(
     return path
 
 
-def _estimate_focals(database: Path, options: MappingOptions, progress: Progress) -> list[float]:
+def _estimate_focal_lengths(
+    database: Path, options: MappingOptions, progress: Progress
+) -> list[float]:
     """Estimate the focal length of every photo from its pairs, with one camera per photo."""
     pycolmap = colmap()
     settings = pycolmap.ViewGraphCalibrationOptions()
@@ -174,7 +176,7 @@ def _merge_similar_lenses(
         order = sorted(placed_group, key=lambda r: focal[r])
         clusters = [[order[0]]]
         for previous_row, row in itertools.pairwise(order):
-            if np.log(focal[row] / focal[previous_row]) > _LENS_TOLERANCE:
+            if np.log(focal[row] / focal[previous_row]) > _MAX_LOG_FOCAL_GAP:
                 clusters.append([])
             clusters[-1].append(row)
         clusters.sort(key=len, reverse=True)
@@ -185,10 +187,11 @@ def _merge_similar_lenses(
     return lenses, sizes
 
 
-def _is_better(first_model: Any, second_model: Any) -> bool:
-    return first_model.num_reg_images() >= second_model.num_reg_images() and _reprojection_error(
-        first_model
-    ) < _MAX_ERROR_RATIO * _reprojection_error(second_model)
+def _is_better(new: Any, current: Any) -> bool:
+    """Return whether a mapping has at least as many photos and clearly smaller residuals."""
+    return new.num_reg_images() >= current.num_reg_images() and _reprojection_error(
+        new
+    ) < _MAX_ERROR_RATIO * _reprojection_error(current)
 
 
 def _reprojection_error(reconstruction: Any) -> float:
