@@ -35,7 +35,7 @@ def warn(findings: Iterable[Finding], depth: int = 3, *, notes: bool = False) ->
     ----------
     findings : iterable of Finding
     depth : int, optional
-        Stack depth of the caller below the user's line.
+        Stack level of the user's line, as `warnings.warn` counts it from this function.
     notes : bool, optional
         Whether messages of severity "info" are also issued, for results that have no
         ``.warnings``.
@@ -49,14 +49,16 @@ def warn(findings: Iterable[Finding], depth: int = 3, *, notes: bool = False) ->
 
 @contextmanager
 def name_argument_in_errors(name: str, *others: str) -> Iterator[None]:
-    """Attribute errors inside the block to an argument.
+    """Name an argument as the cause of errors that are raised inside the block.
+
+    Only errors that refer to one of the other names, or to neither a field nor a file, are changed.
 
     Parameters
     ----------
     name : str
         Name of the argument.
     *others : str
-        Other names of the argument in the code called, such as the option of the command.
+        Names of the same argument in the called code, such as the option of the command.
     """
     try:
         yield
@@ -82,6 +84,7 @@ def numbers(values: Any, name: str) -> FloatArray:
     Raises
     ------
     InputError
+        If a value is masked or is not a number.
     """
     if np.ma.isMaskedArray(values) and np.ma.getmaskarray(values).any():
         raise InputError(Finding("array.masked"), field=name)
@@ -150,7 +153,8 @@ def array_points(values: Any, name: str = "points") -> FloatArray:
     Raises
     ------
     InputError
-        If a row is invalid; the error states the first such row.
+        If the array is empty, has another shape or contains an invalid row; the error states the
+        first such row.
     """
     array = numbers(_select_coordinates(values, name), name)
     if array.size == 0:
@@ -300,6 +304,8 @@ def to_array_pair(first: Any, second: Any, names: tuple[str, str]) -> tuple[Floa
     Raises
     ------
     InputError
+        If the arrays are empty, differ in length or are not one-dimensional, or if a value is not
+        finite.
     """
     a, b = (np.atleast_1d(numbers(v, n)) for v, n in zip((first, second), names, strict=True))
     for array, name in zip((a, b), names, strict=True):
@@ -314,7 +320,7 @@ def to_array_pair(first: Any, second: Any, names: tuple[str, str]) -> tuple[Floa
 
 
 def require_positive(value: float | None, name: str) -> float | None:
-    """Check that a length is positive.
+    """Check that a length is positive; None remains None.
 
     Parameters
     ----------
@@ -330,7 +336,7 @@ def require_positive(value: float | None, name: str) -> float | None:
     Raises
     ------
     InputError
-        If the length is not positive.
+        If the length is not positive and finite.
     """
     number = optional_number(value, name)
     if number is not None and not 0.0 < number < np.inf:
@@ -386,8 +392,9 @@ def check_flag(value: Any, name: str) -> bool:
 def looks_like_radians(azimuth: FloatArray, angle: FloatArray) -> bool:
     """Return whether all angles are small enough to be radians.
 
-    The angles may still be in degrees if all beds dip by less than 1.6 degrees within 6.3 degrees
-    of north. The result is therefore a reason for a warning, not for an error.
+    At least three angles other than zero are required, and azimuths that are all integers are
+    regarded as degrees. The angles may still be in degrees if all beds dip by less than 1.6 degrees
+    toward 0 to 6.3 degrees. The result is therefore a reason for a warning, not for an error.
 
     Parameters
     ----------
@@ -421,6 +428,7 @@ def optional_number(value: Any, name: str) -> float | None:
     Raises
     ------
     InputError
+        If the value is not a single number.
     """
     if value is None:
         return None
@@ -446,6 +454,7 @@ def required_number(value: Any, name: str) -> float:
     Raises
     ------
     InputError
+        If the value is None or not a single number.
     """
     number = optional_number(value, name)
     if number is None:
@@ -469,6 +478,7 @@ def optional_integer(value: Any, name: str) -> int | None:
     Raises
     ------
     InputError
+        If the value is not an integer, or is too large for a float.
     """
     if value is None:
         return None
@@ -496,6 +506,7 @@ def to_path(value: Any, name: str) -> Path:
     Raises
     ------
     InputError
+        If the value is not a path, or no file can have this name.
     """
     if isinstance(value, str | os.PathLike):
         path = os.fspath(value)
@@ -533,6 +544,7 @@ def optional_path(value: Any, name: str) -> Path | None:
     Raises
     ------
     InputError
+        Under the conditions of `to_path`.
     """
     return None if value is None else to_path(value, name)
 
@@ -553,6 +565,7 @@ def path_text(value: Any, name: str) -> str | None:
     Raises
     ------
     InputError
+        Under the conditions of `to_path`.
     """
     path = optional_path(value, name)
     return None if path is None else str(path)
@@ -615,6 +628,7 @@ def required_text(value: Any, name: str) -> str:
     Raises
     ------
     InputError
+        Under the conditions of `optional_text`, or if the value is None.
     """
     text = optional_text(value, name)
     if text is None:
@@ -638,6 +652,7 @@ def column_name(value: Any, name: str = "by") -> str | None:
     Raises
     ------
     InputError
+        If the value is neither text nor an integer.
     """
     if isinstance(value, int | np.integer) and not isinstance(value, bool):
         return str(value)
@@ -690,6 +705,7 @@ def parse_angles(value: Any, name: str, count: int) -> tuple[float, ...]:
     Raises
     ------
     InputError
+        If the number of angles differs from `count`, or an angle exceeds `MAX_ANGLE_DEG`.
     """
     array = numbers(value, name)
     if array.shape != (count,):
@@ -721,6 +737,7 @@ def join_angles(value: Any, name: str, count: int) -> str:
     Raises
     ------
     InputError
+        Under the conditions of `parse_angles`; a text is returned unchanged.
     """
     if isinstance(value, str):
         return value
@@ -759,6 +776,7 @@ def plane_text(value: Any, name: str) -> str:
     Raises
     ------
     InputError, GeometryError
+        If the value is not a valid plane.
     """
     return format_exact_plane(to_plane(value, name))
 
@@ -769,6 +787,7 @@ def to_plane(value: Any, name: str) -> Plane:
     Raises
     ------
     InputError, GeometryError
+        If the value is not a valid plane.
     """
     with name_argument_in_errors(name, "dip direction", "dip"):
         if isinstance(value, str):

@@ -54,9 +54,9 @@ def compare(
     Comparison
         ``n``, ``mean_m``, ``median_m`` (accuracy), ``std_m``, ``mad_m`` (precision),
         ``rms_m``, ``lod95_m`` and ``significant_share`` (only with M3C2), ``beyond``
-        (points without a counterpart); and ``distances``, ``lod95`` of all points of the
-        model in their order, NaN if undefined. Distances are positive if the model is in
-        front of the benchmark, on the side of its normals (``positive_toward``).
+        (points without a counterpart); and ``distances`` and, with M3C2, ``lod95`` of
+        all points of the model in their order, NaN if undefined. Distances are positive if the
+        model is in front of the benchmark, on the side of its normals (``positive_toward``).
 
     Raises
     ------
@@ -65,6 +65,7 @@ def compare(
     vs.errors.GeometryError
         If the model and the benchmark do not overlap.
     vs.errors.Cancelled
+        If the computation was stopped by ``cancel``.
 
     Notes
     -----
@@ -136,7 +137,7 @@ def load_world_data(value: Any, name: str) -> tuple[Any, str | None, float | Non
     data : Mesh or PointCloud
     crs : str or None
     position_error_m : float or None
-        Error of the position of the model.
+        Error of the position of the model; None if unknown.
     """
     from vomstudio.api.point_arguments import points
     from vomstudio.geometry.cloud import PointCloud as Cloud

@@ -36,7 +36,7 @@ def fit_curved(groups: GroupsArgument, *, by: Hashable | None = None) -> CurvedB
 
     Raises
     ------
-    vs.errors.InputError
+    vs.errors.InputError, vs.errors.UsageError
         Under the conditions of `fit_planes`.
     vs.errors.GeometryError
         If the points do not determine a surface.

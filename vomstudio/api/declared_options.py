@@ -40,7 +40,7 @@ def options_from_arguments(
     Raises
     ------
     InputError
-        If a value has another type; the error names the argument.
+        If a required value is missing or a value has another type; the error names the argument.
     UsageError
         If a value is not allowed; the error names the argument.
     """
@@ -91,7 +91,10 @@ def name_arguments_in_errors(options: type[Any]) -> Iterator[None]:
 
 
 def _argument_name(value: Any, names: dict[str, str]) -> Any:
-    """Return the argument of an option, or of each option in a tuple."""
+    """Return the argument of an option, or of each option in a tuple.
+
+    Other values are returned unchanged.
+    """
     if isinstance(value, tuple):
         return tuple(_argument_name(item, names) for item in value)
     return names.get(value, value) if isinstance(value, str) else value

@@ -62,7 +62,7 @@ class ElevationModel(ElevationFigures):
     crs
         CRS if the reference plane is horizontal, otherwise None.
     warnings
-        Findings reported as warnings.
+        Findings about the model and the heights.
 
     Examples
     --------
@@ -112,6 +112,17 @@ class ElevationModel(ElevationFigures):
         The additional files are NAME_hillshade.tif, NAME_slope.tif, NAME_aspect.tif and
         NAME_contours.gpkg (lines at intervals of `contours_m`).
 
+        Parameters
+        ----------
+        path : str or Path
+            Path of NAME.tif.
+        hillshade, slope, aspect : bool, optional
+            Whether to write these files.
+        contours_m : float, optional
+            Interval of the contours, metres. If None, no contours are written.
+        force : bool, optional
+            Whether to replace existing files.
+
         Returns
         -------
         WrittenElevation
@@ -119,7 +130,10 @@ class ElevationModel(ElevationFigures):
 
         Raises
         ------
-        vs.errors.UsageError, vs.errors.TargetError
+        vs.errors.UsageError
+            If the suffix is not .tif or the interval is invalid.
+        vs.errors.TargetError
+            If a file exists or cannot be written.
         """
         file = to_path(path, "path")
         files = options_from_arguments(DemFiles, locals())

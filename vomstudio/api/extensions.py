@@ -70,7 +70,8 @@ def extend(
     vs.errors.GeometryError
         If the plane has no errors, or no plane intersects the model.
     vs.errors.UsageError
-        If the thickness is invalid.
+        If neither or both of points and a plane are given, a plane has no point or no error, or a
+        value is invalid.
 
     Notes
     -----

@@ -109,16 +109,17 @@ def facets(
     Raises
     ------
     vs.errors.UsageError
-        If a threshold is invalid.
+        If a threshold is invalid, or a distance is combined with the preset.
     vs.errors.GeometryError
         If the model has no surface.
     vs.errors.Cancelled
+        If the computation was stopped by ``cancel``.
 
     Notes
     -----
-    Source: region growing as in Wang et al. (2017), Computers & Geosciences 103, 100; the 30 %
-    rule after Tavani et al., section 4.1.3; "dse" after Riquelme et al. (2014), Computers &
-    Geosciences 68, 38.
+    Source: region growing as in Wang et al. (2017), Computers & Geosciences 103, 100; the warning
+    for a ``near_planar_share`` below 30 % after Tavani et al., section 4.1.3; "dse" after Riquelme
+    et al. (2014), Computers & Geosciences 68, 38.
 
     Examples
     --------
@@ -172,7 +173,7 @@ def follow(
     ----------
     model : Mesh, PointCloud, model of a project, path, or (n, 3) array
         Model in the World frame, metres.
-    through : (3,) array
+    through : (w, 3) or (w, 2) array
         At least two way-points (w, 3) in the World frame, in order along the contact. With
         ``photo``, also columns and rows (w, 2) in the photo, with the centre of the top-left
         pixel at (0.5, 0.5).
@@ -188,7 +189,7 @@ def follow(
         show the contact are used for comparison.
     cameras : str or Path, optional
         File with the poses and lenses of the photos in the file frame of the model
-        (cameras.json, COLMAP, Metashape XML ...); by default the file next to the model.
+        (such as cameras.json, COLMAP or Metashape XML); by default the file next to the model.
     onnx_model : str or Path, optional
         File of the network for the cost "onnx"; see `vs.propose_traces`.
     progress : callable or Progress, optional
@@ -212,7 +213,7 @@ def follow(
         If a way-point is farther from the model than ten times its resolution, the model is
         not connected between two way-points, or the photo does not show the model.
     vs.errors.UsageError
-        If the cost is not available.
+        If the cost is not available, or no cameras are found for the photo.
     vs.errors.InputError
         If the cameras or photos cannot be read.
 

@@ -97,11 +97,11 @@ def fractures(
     -------
     FractureNetwork
         ``traces``, ``pieces``, ``area_m2``, ``P10_1_per_m``, ``P20_1_per_m2``,
-        ``P20_nodes_1_per_m2``, ``P21_1_per_m``, their 95 % intervals (``P21_95_1_per_m``,
-        ...), ``dispersion``, ``nodes`` (``I``, ``Y``, ``X``), ``mended``, ``length``
-        (``mean_m``, ``naive_mean_m``, ``censored_share``, ``distribution``, ``parameters``,
-        ...), ``sets``, ``P21_by_size``, ``scanline``, ``plane`` (for three-dimensional
-        lines: ``dip_deg``, ``scatter_m``, ``azimuths_from``, ...); None if undefined.
+        ``P20_nodes_1_per_m2``, ``P21_1_per_m``, their 95 % intervals (such as
+        ``P21_95_1_per_m``), ``dispersion``, ``nodes`` (``I``, ``Y``, ``X``), ``mended``, ``length``
+        (``mean_m``, ``naive_mean_m``, ``censored_share``, ``distribution``, ``parameters``
+        and others), ``sets``, ``P21_by_size``, ``scanline``, ``plane`` (for three-dimensional
+        lines: ``dip_deg``, ``scatter_m``, ``azimuths_from`` and others); None if undefined.
 
     Raises
     ------
@@ -112,6 +112,8 @@ def fractures(
         scanline is seen edge-on.
     vs.errors.UsageError
         If more than one of area, circle and scanline is given.
+    vs.errors.TargetError
+        If the picture exists or cannot be written.
 
     Notes
     -----
@@ -179,7 +181,7 @@ def _format_ranges(value: Any) -> str | None:
 
 
 def _set_names(by: Any) -> list[str] | None:
-    """Return the set of each trace; None if `by` is an attribute name."""
+    """Return the set of each trace; None if `by` is None or the name of an attribute."""
     if by is None or isinstance(by, str):
         return None
     return [str(name) for name in to_list(by, "by")]

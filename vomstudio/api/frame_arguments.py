@@ -37,7 +37,7 @@ def frame_options(
 
 @contextmanager
 def name_frame_arguments_in_errors() -> Iterator[None]:
-    """Make errors about the frame name the argument instead of the option."""
+    """Replace the names of options in errors about the frame by the names of arguments."""
     try:
         yield
     except VomError as error:

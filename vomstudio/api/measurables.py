@@ -71,6 +71,7 @@ def measurable(
     vs.errors.GeometryError
         If the model has no surface, or the length is too short for a trace.
     vs.errors.Cancelled
+        If the computation was stopped by ``cancel``.
 
     Notes
     -----

@@ -58,7 +58,7 @@ def displacement(
     ----------
     pairs : (n, 6) array, DataFrame or path
         x, y, z on the hanging wall, followed by x, y, z on the footwall, in the World frame,
-        metres; or a DataFrame or file with the columns ``hanging_x`` ... ``footwall_z`` and
+        metres; or a DataFrame or file with the columns ``hanging_x`` to ``footwall_z`` and
         optionally ``name``.
     fault : (float, float)
         (dip direction, dip) of the fault, degrees.
@@ -89,8 +89,8 @@ def displacement(
     Raises
     ------
     vs.errors.UsageError
-        If a slip is given without a bed, both ``rake_deg`` and ``slip`` are given, or an
-        error is negative.
+        If a slip is given without a bed, both ``rake_deg`` and ``slip`` are given, a rake is
+        given for a horizontal fault, or an error is negative.
     vs.errors.GeometryError
         If no pair has a result.
     vs.errors.InputError
@@ -226,9 +226,9 @@ def log(
     Returns
     -------
     BedLog
-        ``n``, ``intervals`` from the oldest up (``number``, ``base``, ``top``, ``base_m``,
+        ``n``, ``intervals`` upward from the oldest (``number``, ``base``, ``top``, ``base_m``,
         ``top_m``, ``thickness_m`` with ``value`` and ``error95``, ``lithology``,
-        ``strabospot``: its fields in StraboSpot's forms, ``notes``), ``total_m``,
+        ``strabospot`` with the StraboSpot fields, ``notes``), ``total_m``,
         ``reordered``, ``warnings``.
 
     Raises
@@ -279,6 +279,7 @@ def _table(value: Any, width: int, name: str) -> Any:
     Raises
     ------
     InputError
+        If the array has another shape or contains an invalid row.
     """
     if hasattr(value, "columns") or is_path(value):
         return to_text_table(value, name)

@@ -82,7 +82,7 @@ class Source:
 
     @property
     def world_crs(self) -> str | None:
-        """CRS of the World frame, always in metres."""
+        """CRS of the World frame, always in metres; None for a local frame."""
         from vomstudio.io.gis.crs import world_crs
 
         return world_crs(self.crs, self.unit_m)
@@ -97,7 +97,7 @@ class _Model:
 
     @property
     def path(self) -> Path:
-        """Path of the file from which the model was read."""
+        """Path of the file from which the model was read; "in memory" if there is no file."""
         return self._source.path
 
     @property
@@ -117,7 +117,7 @@ class _Model:
 
     @property
     def fields(self) -> Mapping[str, GenericArray]:
-        """Additional fields (n,) of the points (intensity, classification ...), by name."""
+        """Additional fields (n,) of the points (such as intensity), by name."""
         return self._data.fields  # type: ignore[no-any-return]
 
     @property
@@ -158,7 +158,7 @@ class _Model:
         return spacing if np.isfinite(spacing) else None
 
     def save(self, path: str | Path, *, force: bool = False) -> Path:
-        """Write the model with its textures, fields and CRS in the format implied by the suffix.
+        """Write the model with its textures, fields and CRS in the format of the suffix.
 
         Content that the format cannot store is reported in a Python warning. The registration is
         written next to the file as ``NAME.registration.json``.
@@ -168,6 +168,11 @@ class _Model:
         path : str or Path
         force : bool
             Whether to replace an existing file.
+
+        Returns
+        -------
+        Path
+            Path of the written file.
 
         Raises
         ------
@@ -293,6 +298,8 @@ class Mesh(_Model):
         ------
         vs.errors.InputError
             If an array has another shape, or a face refers to a point that does not exist.
+        vs.errors.UsageError
+            If the CRS is not in metres.
 
         Examples
         --------
@@ -542,6 +549,7 @@ def to_model(value: Any, name: str = "model") -> Mesh | PointCloud:
     Raises
     ------
     InputError
+        If the value is of another type, or the file cannot be read.
     """
     if isinstance(value, Mesh | PointCloud):
         return value

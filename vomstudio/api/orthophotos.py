@@ -58,7 +58,7 @@ class Orthophoto(OrthophotoFigures):
     right, down, direction
         (3,) unit vectors in the World frame, in the image plane and along the view.
     sense, sense_reason
-        Which of the two opposite view directions was selected, and the reason.
+        Selected one of the two opposite view directions, and the reason.
     reference_point
         (3,) point in the World frame at which the depth is 0.
     pixel_to_world
@@ -69,7 +69,7 @@ class Orthophoto(OrthophotoFigures):
     fold
         Fold axis along which the model is viewed; None if no fold is given.
     warnings
-        Findings reported as warnings.
+        Findings about the model, the view and the image.
 
     Examples
     --------

@@ -39,7 +39,7 @@ def plane_band(
     -------
     BandFigures or None
         None if the points determine a plane (95 % error within 15 degrees) or not even a
-        line. Otherwise ``trend_deg``, ``plunge_deg`` of the line that all planes contain;
+        line. Otherwise ``trend_deg``, ``plunge_deg`` of the line of the trace;
         ``half_width95_deg``, the maximum angle between a plane and this line; ``turn95_deg``,
         the maximum rotation about it (90 if unrestricted); ``lowest_dip_deg``,
         ``highest_dip_deg``; ``sets``, the most probable first, each with ``p``,
@@ -52,7 +52,7 @@ def plane_band(
     vs.errors.InputError
         If the points or the table are invalid.
     vs.errors.GeometryError
-        If no plane can be fitted, or no set has three planes.
+        If no plane can be fitted, or no set has three planes that form a cluster.
 
     Notes
     -----
@@ -78,7 +78,7 @@ def plane_band(
 def plane_of_crossing(
     first: VerticesArgument, second: VerticesArgument, *, resolution_m: float | None = None
 ) -> CrossingPlane:
-    """Fit the plane that contains two crossing straight traces, if they are coplanar.
+    """Fit the plane of two crossing straight traces, which are assumed to be coplanar.
 
     Parameters
     ----------

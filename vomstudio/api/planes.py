@@ -160,7 +160,7 @@ class PlaneFit(OrientationFigures):
         Errors of the dip and the dip direction from the same region.
     registration_error_deg, total95_deg
         Error of the rotation of the model, and its combination with the error of the fit.
-    normal_cov_ee, ... normal_cov_uu
+    normal_cov_ee to normal_cov_uu
         Covariance of the normal (east, north, up), radians squared.
     resolution_m, extent_over_resolution
         Resolution of the model, and the extent as a multiple of the resolution.
@@ -404,7 +404,9 @@ def fit_planes(
     Raises
     ------
     vs.errors.InputError
-        Under the conditions of `fit_plane`, and if a column is missing.
+        Under the conditions of `fit_plane`, and if a column of coordinates is missing.
+    vs.errors.UsageError
+        If `by` is missing for a DataFrame, is not one of its columns, or is given for a dict.
     vs.errors.GeometryError
         If no plane can be fitted to any group.
 
@@ -459,7 +461,7 @@ def fit_parallel(
     by : str, optional
         See `fit_planes`.
     same : sequence of (hashable, hashable), optional
-        Pairs of ids that are tested for lying in the same plane. By default, each trace is
+        Pairs of ids of traces that are tested for a common plane. By default, each trace is
         tested with the next trace above it.
 
     Returns
@@ -476,7 +478,8 @@ def fit_parallel(
     vs.errors.InputError
         Under the conditions of `fit_planes`.
     vs.errors.UsageError
-        If a pair names an id that is not among the groups.
+        Under the conditions of `fit_planes`, and if a pair contains an id that is not among the
+        groups.
     vs.errors.GeometryError
         If there are fewer than two groups, or the traces are straight with the same
         direction.
@@ -570,7 +573,10 @@ def to_groups(value: Any, by: Any) -> _Groups:
 
     Raises
     ------
-    InputError, UsageError
+    InputError
+        If the value has another type or is empty, or no row is valid.
+    UsageError
+        If `by` is missing, is unknown or does not apply.
     """
     if isinstance(value, Mapping):
         if by is not None:
@@ -640,6 +646,7 @@ def plane_text(value: Any) -> str | None:
     Raises
     ------
     InputError
+        If the value is not a valid plane.
     """
     if value is None or isinstance(value, str):
         return value

@@ -32,6 +32,7 @@ def pixels_or_points(values: Any, name: str) -> FloatArray:
     Raises
     ------
     InputError
+        If the array has another shape or contains an invalid row.
     """
     if hasattr(values, "columns") or is_model(values):
         return points(values, name)

@@ -95,7 +95,10 @@ class ProjectChanges:
 
         Raises
         ------
-        vs.errors.InputError, vs.errors.UsageError
+        vs.errors.InputError
+            If the model cannot be read.
+        vs.errors.UsageError
+            If the frame is invalid, or an argument does not apply to this kind of model.
 
         Examples
         --------
@@ -188,7 +191,8 @@ class ProjectChanges:
         scale, bearing, level, plumb
             Rows of numbers; see `vs.register`.
         reference, stable : str or Path, optional
-            Reference model to which the model is fitted, starting with its present placement.
+            Reference model to which the model is fitted, starting with its present placement, and
+            the stable part of the reference.
         north, date, declination_deg, north_sigma_deg
             North of the azimuths; see `vs.register`.
         crs, to_crs : str, optional
@@ -280,7 +284,7 @@ class ProjectChanges:
         vs.errors.InputError
             If the array has another shape.
         vs.errors.GeometryError
-            If the points do not define a plane.
+            If the points do not define a plane or are far from the model.
         vs.errors.UsageError
             If the model or the type does not exist.
 
@@ -324,8 +328,8 @@ class ProjectChanges:
         by : str, optional
             Column of the table with the names of the features.
         shape : {"trace", "line", "patch"}, optional
-            What the points of a group define: a trace, a line (see `add_line`), or the outline of
-            a patch (see `add_patch`).
+            Feature that the points of a group define: a trace, a line (see `add_line`), or the
+            outline of a patch (see `add_patch`).
         model, type, set, domain
             See `add_trace`.
 
@@ -487,7 +491,7 @@ class ProjectChanges:
         Raises
         ------
         vs.errors.InputError
-            If an array has another shape, or an element does not exist.
+            If an array has another shape, an element does not exist, or the model cannot be read.
         vs.errors.GeometryError
             If the outline contains no part of the model, or the patch has no plane.
         vs.errors.UsageError
@@ -588,7 +592,7 @@ class ProjectChanges:
     def import_file(
         self, path: str | Path, *, model: str | ModelSummary | None = None
     ) -> tuple[str, ...]:
-        """Add the traces, planes, stations, contact lines and rock areas of a file, as one step.
+        """Add the traces, planes, stations, contact lines and rock areas of a file in one step.
 
         Features that cannot be added are left out, with a warning.
 
@@ -598,7 +602,7 @@ class ProjectChanges:
             GeoPackage, GeoJSON, shapefile, DXF or KML; table of points; file as written by
             `export`; or export of CloudCompare (Compass, Facets), PRo3D or Move.
         model : str or ProjectModel, optional
-            Id or name of the model on which they lie; by default the only model.
+            Id or name of the model on which the features lie; by default the only model.
 
         Returns
         -------

@@ -200,8 +200,8 @@ class Project(ProjectChanges):
     def close(self) -> None:
         """Close the project and discard unsaved changes, which ``undo()`` can restore.
 
-        Changes recovered after a crash remain if nothing else was changed. Further calls have no
-        effect.
+        Changes recovered after a crash remain if nothing else was changed. Closing a closed project
+        has no effect.
 
         Examples
         --------
@@ -634,7 +634,7 @@ class Project(ProjectChanges):
         vs.errors.InputError
             If the format cannot represent any of the features.
         vs.errors.TargetError
-            If the file cannot be written.
+            If the file exists or cannot be written.
 
         Examples
         --------

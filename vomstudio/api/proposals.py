@@ -70,6 +70,7 @@ def propose_traces(
     vs.errors.GeometryError
         If the model has no surface.
     vs.errors.Cancelled
+        If the computation was stopped by ``cancel``.
 
     Notes
     -----

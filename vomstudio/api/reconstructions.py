@@ -76,7 +76,7 @@ def reconstruct(
     -------
     Reconstruction
         ``photos``, ``registered``, ``unregistered``, ``reprojection_error_px``, ``mesh``,
-        ``dense``, ``cameras``, ``frame``, ``seconds`` ...
+        ``dense``, ``cameras``, ``frame``, ``seconds`` and others.
 
     Raises
     ------

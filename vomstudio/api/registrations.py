@@ -151,7 +151,8 @@ def register(
         ``rms_control_m``, ``rms_check_m``, ``rotation_error_deg`` (one sigma ``about_up``,
         ``about_east``, ``about_north``), ``rotation_error_95_deg`` (the same three and the
         ``weakest`` axis), ``scale_error_95``, ``worth_adding`` (where an additional point
-        would help most), ``known``, ``blunders`` (outliers), ``click_sigma_m`` (metres),
+        would help most), ``known`` (determined
+        parameters), ``blunders`` (outliers), ``click_sigma_m`` (metres),
         ``mark_scatter_px`` (of marks in photos), ``north_sigma_deg`` (common offset of
         compass readings, one sigma; None if unused) and ``warnings``. Called with (n, 3)
         model points, the result returns them in the World frame.
@@ -295,7 +296,7 @@ def _pairs(
 
 
 def _path_or_flag(value: Any, name: str) -> str | None:
-    """Return the path of a file or folder, or `BESIDE` for True. Raises InputError."""
+    """Return the path of a file or folder, `BESIDE` for True, or None. Raises InputError."""
     if isinstance(value, bool | np.bool_):
         return BESIDE if value else None
     return path_text(value, name)

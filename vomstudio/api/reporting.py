@@ -68,6 +68,7 @@ def to_progress(progress: ProgressArgument, cancel: CancelToken | None = None) -
     Raises
     ------
     InputError
+        If an argument has another type.
     """
     if cancel is not None and not isinstance(cancel, CancelToken):
         raise wrong_type_error(cancel, "vs.CancelToken", "cancel")

@@ -55,8 +55,8 @@ class Section:
         The same lines as (n, 2): distance along the section, and height in it (Z if the
         section is vertical), metres.
     figures
-        Figures as printed by the command; most of them are also attributes: length_m,
-        slab_m, left_deg, right_deg ...
+        Figures as printed by the command; some of them are also attributes, such
+        as length_m and slab_m.
 
     Examples
     --------
@@ -116,9 +116,24 @@ class Section:
     def save(self, path: str | Path, *, force: bool = False) -> WrittenSection:
         """Write the section as .csv, .dxf or .svg, as the command does.
 
+        Parameters
+        ----------
+        path : str or Path
+            Path of the file; the suffix determines the format.
+        force : bool, optional
+            Whether to replace an existing file.
+
+        Returns
+        -------
+        WrittenSection
+            Result as the command prints it.
+
         Raises
         ------
-        vs.errors.UsageError, vs.errors.TargetError
+        vs.errors.UsageError
+            If the suffix is unknown.
+        vs.errors.TargetError
+            If the file exists or cannot be written.
         """
         file, replace = to_path(path, "path"), check_flag(force, "force")
         source = self._model._source
@@ -186,9 +201,9 @@ def section(
     Raises
     ------
     vs.errors.UsageError
-        If neither a plane with a point nor a line is given.
+        If not exactly one of a plane (with a point) and a line is given.
     vs.errors.InputError
-        If the section misses the model.
+        If the section misses the model, or the line has another shape.
 
     Notes
     -----

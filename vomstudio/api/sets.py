@@ -114,7 +114,7 @@ def fold(
     only_set: str | None = None,
     azimuth: Azimuth | None = None,
 ) -> TableFold:
-    """Compute the pi-plane and fold axis, and test whether one view direction suits all.
+    """Compute the pi-plane and fold axis, and assess whether one view direction is valid.
 
     Parameters
     ----------
@@ -209,8 +209,9 @@ def slope(
     friction_deg : float
         Friction angle of the planes, degrees.
     lateral_deg : float, optional
-        Maximum angle between the dip direction of the slope and that of planes or direct
-        toppling, degrees; 90 means no limit. Wedges are not limited.
+        Maximum lateral angle of planes, and of the intersections of direct toppling, from the
+        dip direction of the slope or its opposite, degrees; 90 means no limit. Wedges are not
+        limited.
     limits : {"curved", "straight"}, optional
         Lateral limits of planes: "curved" (small circles about the strike of the slope) or
         "straight" (limits of the dip direction). For direct toppling, the trend is limited.

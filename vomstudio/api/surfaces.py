@@ -60,9 +60,12 @@ def surface(
     ------
     vs.errors.GeometryError
         If the patch has no plane or too few cells.
+    vs.errors.InputError
+        If `around` is not a centre with a radius.
     vs.errors.UsageError
         If a length is invalid.
     vs.errors.Cancelled
+        If the computation was stopped by ``cancel``.
 
     Notes
     -----
@@ -102,7 +105,7 @@ def surface(
 
 
 def _around_text(value: Any) -> str:
-    """Format ((x, y, z), radius) for the option of the command. Raises UsageError."""
+    """Format ((x, y, z), radius) for the option of the command. Raises InputError."""
     try:
         centre, radius = value
         return ",".join(map(repr, [*np.asarray(centre, float).tolist(), float(radius)]))

@@ -41,7 +41,7 @@ def read_photos(folder: str | Path, *, progress: ProgressArgument = None) -> Pho
     PhotoFolder
         ``photos`` (each with ``name``, ``width``, ``height``, ``camera``, ``focal_mm``,
         ``focal_px``, ``latitude_deg``, ``longitude_deg``, ``altitude_m`` with its
-        reference, ``mask`` ...; None if not stated), ``skipped`` (name and reason),
+        reference, ``mask`` and others; None if not stated), ``skipped`` (name and reason),
         ``warnings``, ``cameras()``.
 
     Raises
@@ -83,7 +83,7 @@ def check(
     Returns
     -------
     FolderCheck
-        ``photos`` (``name``, ``gsd_m``, ``blur`` in pixels, ``views`` ...), ``findings``
+        ``photos`` (``name``, ``gsd_m``, ``blur`` in pixels, ``views`` and others), ``findings``
         (``code``, ``severity``, ``message``, ``values``), ``plane_error``
         (``size_m``, ``error95_deg``), ``verdict``, ``next_time``.
 
@@ -173,6 +173,8 @@ def plan(
     ------
     vs.errors.UsageError
         If the camera is unknown or a length is invalid.
+    vs.errors.TargetError
+        If the sheet exists or cannot be written.
 
     Notes
     -----

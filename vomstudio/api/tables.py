@@ -186,7 +186,7 @@ def to_orientation_table(
     repeats: bool = False,
     azimuth_only: bool = False,
 ) -> OrientationTable:
-    """Convert a DataFrame, a file or two arrays (dip direction, dip) to an orientation table.
+    """Convert a DataFrame, a file or a pair (dip direction, dip) to an orientation table.
 
     Warnings of the table are issued as Python warnings.
 
@@ -196,7 +196,7 @@ def to_orientation_table(
     azimuth : {"dipdir", "strike"}, optional
         Meaning of the azimuths if the table does not state it.
     depth : int
-        Stack depth of this call below the user's line.
+        Stack level of the user's line for `checking.warn`.
     name : str
         Name of the argument.
     repeats, azimuth_only : bool
@@ -252,6 +252,7 @@ def to_text_table(table: Any, name: str = "table") -> TextTable:
     Raises
     ------
     InputError
+        If the value is not a table, is empty or cannot be read.
     """
     if is_path(table):
         return read_any_table(to_path(table, name))

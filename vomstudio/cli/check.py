@@ -49,7 +49,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     Raises
     ------
     InputError
-        If the folder of the alignment does not exist.
+        If the folder of the photos or of the alignment cannot be read.
     """
     from vomstudio.photogrammetry.survey.folder_check import check_folder
 

@@ -70,6 +70,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     ------
     UsageError
         If an option does not apply to the input.
+    InputError, TargetError
+        If a file cannot be read or written.
     """
     target = Path(args.output)
     if target.suffix.lower() in _CAMERA_SUFFIXES and _may_be_cameras(Path(args.input)):
@@ -164,7 +166,7 @@ def _convert_cameras(args: argparse.Namespace, out: Output) -> None:
 def _axes(
     loaded_model: LoadedModel, crs: str | None, unit: str | None, registration: Registration | None
 ) -> Axes:
-    """Return the properties of x, y and z known from CRS, registration, cameras or options."""
+    """Return whether the axes of the model are in metres and whether north is known."""
     from vomstudio.geometry.units import Axes
     from vomstudio.io.photos.cameras_file import has_known_scale
 
@@ -179,7 +181,7 @@ def _axes(
 def _transform_to_metres(
     loaded_model: LoadedModel, up: str | None, scale: float
 ) -> Mesh | PointCloud:
-    """Return the model in metres with z up.
+    """Scale a model to metres and rotate it according to ``--up``.
 
     For a Y-up format, "z" reverses the rotation that its reader has applied.
     """

@@ -43,8 +43,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     Raises
     ------
-    InputError
-        If the model is not suitable for a raster.
+    UsageError, InputError, TargetError
     """
     import numpy as np
 

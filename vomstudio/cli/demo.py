@@ -70,6 +70,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Parsed arguments.
     out : Output
         Object that receives the results, warnings and progress.
+
+    Raises
+    ------
+    TargetError, WorkerError
     """
     from vomstudio.core.files.atomic import write_bytes
 
@@ -130,7 +134,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _reconstruct_photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, Any]:
-    """Reconstruct a model from the photos of the sample, next to the original outcrop."""
+    """Reconstruct a model from the sample photos, and compare it with the sample outcrop.
+
+    Raises WorkerError if the photos do not result in a dense cloud.
+    """
     import numpy as np
 
     from vomstudio.io.models.opening import read_model
@@ -200,7 +207,7 @@ class _StepReporter:
 
 
 def _prepare_folder(folder: Path) -> None:
-    """Create the folder, or remove the project of a previous demo from it."""
+    """Create the folder, or remove the project of a previous demo. Raises TargetError."""
     from vomstudio.core.files.atomic import write_bytes
     from vomstudio.core.files.containment import make_folder, require_inside
     from vomstudio.core.files.lock import ProjectLock
@@ -359,7 +366,7 @@ def _draw_stereonets(folder: Path, picks: SamplePicks, result: SampleResult) -> 
 
 
 def _write_orthophoto(folder: Path, progress: Reporter) -> list[Path]:
-    """Write an orthophoto along the fold axis (beta) with the command `ortho`."""
+    """Write an orthophoto along the fold axis with the command `ortho`; return its files."""
     from vomstudio.cli import ortho
     from vomstudio.project.sample import sample_model
 

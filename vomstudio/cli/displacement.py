@@ -43,6 +43,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Parsed arguments.
     out : Output
         Object that receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError
     """
     from vomstudio.geology.faults.displacement_pairs import displacements
     from vomstudio.io.gate.point_tables import read_pairs

@@ -37,6 +37,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Parsed arguments.
     out : Output
         Object that receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, TargetError
     """
     from vomstudio.project.exports.export import export_project
 

@@ -105,7 +105,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _plane_estimate(
     options: ExtendOptions, points: str | None, model: WorldModel
 ) -> tuple[PlaneEstimate, tuple[Finding, ...]]:
-    """Return the plane with the errors of its position and attitude in the World frame."""
+    """Return the plane with its errors in the World frame, and findings about its points."""
     from vomstudio.geology.beds.extended import (
         plane_estimate_from_attitude,
         plane_estimate_from_fit,

@@ -55,6 +55,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     ------
     GeometryError
         If no plane can be fitted.
+    UsageError, InputError, TargetError
     """
     from vomstudio.core.files.extensions import check_table_target
     from vomstudio.geology.profiles import PROFILES_BY_NAME
@@ -141,7 +142,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _plot_format(args: argparse.Namespace) -> str:
-    """Return the format of the figure."""
+    """Check the target of the figure and return its format. Raises UsageError, TargetError."""
     from vomstudio.core.files.atomic import check_target
     from vomstudio.products.net.figure import picture_format
 

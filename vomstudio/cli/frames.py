@@ -38,6 +38,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Parsed arguments.
     out : Output
         Object that receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, TargetError
     """
     from vomstudio.photogrammetry.survey.video import take_frames
 

@@ -52,7 +52,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Report the contents of all files.
 
-    The result contains the error for the first file that cannot be read.
+    A file that cannot be read has an error; the result repeats the first error.
 
     Parameters
     ----------
@@ -150,7 +150,10 @@ COORDINATE_NAMES = {"x", "y", "z"}
 
 
 def _describe_table(path: Path, progress: Progress) -> dict[str, Any]:
-    """Return rows and columns, and the bounds in the stated CRS if x, y and z exist."""
+    """Describe the rows, columns and bounds of a table. Raises InputError.
+
+    The bounds are in the stated CRS, or None if the table has no coordinates.
+    """
     import numpy as np
 
     from vomstudio.io.gate.points import points_to_world
@@ -207,7 +210,7 @@ def _describe_table(path: Path, progress: Progress) -> dict[str, Any]:
 
 
 def _describe_points(path: Path, progress: Progress) -> dict[str, Any]:
-    """Describe points with a stated CRS as a cloud."""
+    """Describe points with a stated CRS as a cloud; empty if they cannot be read as one."""
     from vomstudio.io.models.opening import describe
 
     try:
@@ -223,7 +226,7 @@ SINGLE_BAND_MODES = ("1", "L", "P")
 
 
 def _describe_picture(path: Path) -> dict[str, Any]:
-    """Return size and bands of an image file, and its position if it is a map."""
+    """Describe an image file, with its position if it is a map. Raises InputError."""
     from vomstudio.io.text.file_text import require_file
 
     require_file(path)
@@ -277,7 +280,7 @@ def _map_placement(path: Path) -> dict[str, Any] | None:
 
 
 def _describe_grid(path: Path, progress: Progress) -> dict[str, Any]:
-    """Return a height model with its position; any other TIFF is treated as a picture."""
+    """Describe a height model, or any other TIFF as a picture. Raises InputError."""
     from vomstudio.io.models.opening import describe
 
     try:

@@ -58,6 +58,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Parsed arguments.
     out : Output
         Object that receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError
     """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.opening import read_model

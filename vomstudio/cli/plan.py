@@ -47,6 +47,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Parsed arguments.
     out : Output
         Object that receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, TargetError
     """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.photogrammetry.survey.plan_camera import parse_camera

@@ -480,7 +480,7 @@ def _compact(args: argparse.Namespace, out: Output) -> None:
 def _edit_project(
     args: argparse.Namespace, out: Output, *, includes_save: bool = True
 ) -> Iterator[HeadlessProject]:
-    """Yield the open project; afterwards save the changes and update its layers."""
+    """Yield the open project and, if `includes_save`, save it and its layers afterwards."""
     from vomstudio.studio.headless_project import HeadlessProject
 
     with HeadlessProject.open(Path(args.project), progress_reporter(args)) as project:

@@ -44,6 +44,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Parsed arguments.
     out : Output
         Object that receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError, WorkerError
     """
     from vomstudio.studio.jobs.reconstruction_requests import reconstruction_request
     from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT

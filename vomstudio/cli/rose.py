@@ -51,6 +51,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Parsed arguments.
     out : Output
         Object that receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError
     """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.products.net.figure import picture_format

@@ -53,8 +53,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     Raises
     ------
-    InputError
-        If the model is not suitable for a section.
+    UsageError, InputError, GeometryError, TargetError
     """
     from vomstudio.io.gate.points import ModelFrame
     from vomstudio.io.text.table_options import TableOptions

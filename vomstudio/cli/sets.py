@@ -44,6 +44,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Parsed arguments.
     out : Output
         Object that receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError
     """
     from vomstudio.core.files.atomic import write_bytes
     from vomstudio.core.files.extensions import check_table_target

@@ -46,6 +46,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Parsed arguments.
     out : Output
         Object that receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError
     """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.geology.faults.table_slip import table_slip

@@ -40,6 +40,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Parsed arguments.
     out : Output
         Object that receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError
     """
     from vomstudio.geology.populations.table_statistics import table_statistics
 

@@ -34,6 +34,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Parsed arguments.
     out : Output
         Object that receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError
     """
     from vomstudio.geology.faults.three_points import plane_of_three_points
     from vomstudio.geology.notation import format_attitude

@@ -1,4 +1,4 @@
-"""`vomstudio trace`: line that follows a contact on a model, or lines of a drawing."""
+"""`vomstudio trace`: lines on a model, followed, proposed or drawn on an orthophoto."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def _follow_contact(args: argparse.Namespace, options: FollowOptions, out: Outpu
 def _read_way_points(
     args: argparse.Namespace, model: WorldModel
 ) -> tuple[FloatArray, Sequence[Finding]]:
-    """Return way-points, World (n, 3) or photo pixels (n, 2), and findings."""
+    """Return way-points (n, 3) in the World frame or (n, 2) in photo pixels, and findings."""
     from vomstudio.io.gate.point_tables import read_points
     from vomstudio.io.gate.points import ModelFrame
     from vomstudio.io.text.pixel_tables import read_pixels

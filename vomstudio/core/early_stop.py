@@ -1,6 +1,6 @@
 """Handling of signals that end the process before `vomstudio.app` is imported.
 
-Without this handling, such a signal would end the process with a traceback or with the signal
+Without this handling, a signal would end the process with a traceback or with the signal
 number as its status. No work has begun by then, so there is nothing to undo: the module writes one
 sentence and ends the process. It imports only built-in modules because importing `signal` takes
 longer than everything done here.
@@ -15,7 +15,7 @@ _EXIT_CODE = 130
 
 
 def stop(signal_number: int, frame: object) -> None:
-    """End the process if a signal arrives while modules are still being imported."""
+    """End the process on a signal that arrives while modules are still being imported."""
     try:
         os.write(2, _CANCELLED_MESSAGE)
     finally:

@@ -121,7 +121,7 @@ class InputError(VomError):
     code = "input"
 
     def with_file(self, file: str | Path) -> Self:
-        """Return the error with a file, or the error itself if it already has a file or field."""
+        """Return a copy with a file, or the error itself if it already has a file or field."""
         if self.file is not None or self.field is not None:
             return self
         copy = type(self)(self.message, file=file, line=self.line)

@@ -138,7 +138,7 @@ def uncoded_finding(text: str) -> Finding:
 
 
 def cause_finding(error: VomError) -> Finding:
-    """Return the finding with which an error was raised, without its location."""
+    """Return the finding of an error without the location of the error."""
     if error.code not in TEXTS:
         return uncoded_finding(error.message)
     # An error from another process states its location only once, even if its text contains it.
@@ -149,7 +149,7 @@ def cause_finding(error: VomError) -> Finding:
 
 
 def to_finding(error: VomError) -> Finding:
-    """Return the finding with which an error was raised, with its file, line and field.
+    """Return the finding of an error with the file, line and field of the error.
 
     A field without a file is an argument, which is not part of a finding.
     """

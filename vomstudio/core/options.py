@@ -104,7 +104,7 @@ class Declaration:
 
     @property
     def flag(self) -> str:
-        """Command-line option: the name without its unit, in the singular."""
+        """Command-line option: the name without its unit, and in the singular if repeated."""
         name = self.name.removesuffix("s") if self.is_repeated else self.name
         words = name.split("_")
         if self.unit is not None:
@@ -157,7 +157,8 @@ def option(
 ) -> Any:
     """Declare a field of an options class; see `Declaration` for the parameters.
 
-    An option without a default is required.
+    `automatic_text` and `empty_text` are its `automatic` and `empty`. An option without a default
+    is required.
     """
     metadata = {
         "help": help,
@@ -236,7 +237,7 @@ def _declarations(options: Any) -> tuple[Declaration, ...]:
 def _value_type(hint: Any) -> tuple[type, tuple[str, ...] | None, bool]:
     """Return the type of an option's values, its choices, and whether it is repeated.
 
-    The choices are the values of a `Literal` annotation.
+    The choices are the values of a `Literal` annotation, or None for other annotations.
     """
     if hint == tuple[str, ...]:
         return str, None, True

@@ -61,7 +61,7 @@ def user_cache(*parts: str) -> Path:
 
 
 def program_command() -> list[str]:
-    """Return the command that starts the program from any folder, as the user started it.
+    """Return a command that starts the program from any folder.
 
     A bundle has a launcher, whose path is in VOMSTUDIO_LAUNCHER: the interpreter inside an image
     may be gone at the next start if the image is then mounted elsewhere.

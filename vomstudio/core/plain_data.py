@@ -42,7 +42,7 @@ class NestedFields(NamedTuple):
 
 
 class FieldTypes(NamedTuple):
-    """Readers of the fields of a class; fields that are in neither mapping are not checked.
+    """Permitted types or readers of the fields of a class; other fields are not checked.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def wrong_value_error(name: str) -> DocumentError:
 
 @lru_cache(maxsize=64)
 def field_types(cls: type) -> FieldTypes:
-    """Return the readers of the fields of a class according to their annotations."""
+    """Return the permitted types and readers of a class's fields from their annotations."""
     types_by_field: dict[str, frozenset[type]] = {}
     readers: dict[str, Reader] = {}
     for name, annotation in typing.get_type_hints(cls).items():

@@ -1,4 +1,4 @@
-"""Progress and cancellation of long-running tasks, without Qt and threads."""
+"""Progress and cancellation of long-running tasks, without Qt or threads."""
 
 from __future__ import annotations
 

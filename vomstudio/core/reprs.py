@@ -37,14 +37,14 @@ def _replace_findings(value: Any) -> Any:
 
 
 def text_table(title: str, figures: Mapping[str, Any]) -> str:
-    """Return figures as lines of names and values, omitting figures that do not apply."""
+    """Return figures as lines of names and values, omitting None and empty lists."""
     texts = dict(_flatten(figures))
     width = max(map(len, texts), default=0)
     return "\n".join([title, *(f"  {name:<{width}}  {text}" for name, text in texts.items())])
 
 
 def html_table(title: str, figures: Mapping[str, Any]) -> str:
-    """Return figures as an HTML table of two columns, omitting figures that do not apply."""
+    """Return figures as an HTML table of two columns, omitting None and empty lists."""
     rows = "".join(
         f"<tr><th style='text-align:left'>{escape(name)}</th>"
         f"<td style='text-align:left'>{escape(text)}</td></tr>"

@@ -53,7 +53,7 @@ def start_thread(
 def start_timer(
     delay_s: float, function: Callable[[*Arguments], object], *arguments: *Arguments
 ) -> threading.Timer:
-    """Start a thread that calls a function after a delay unless it is cancelled first."""
+    """Start a timer that calls a function in a thread after a delay unless it is cancelled."""
     timer = threading.Timer(delay_s, function, arguments)
     timer.daemon = True
     timer.start()
@@ -93,9 +93,8 @@ def map_parallel(
 ) -> Iterator[Result]:
     """Yield the results of a function for all items, in the order of the items.
 
-    The calls run in parallel only if the function releases the GIL. If the function raises an
-    error or the caller stops iterating, pending calls are cancelled and the function waits for
-    running calls.
+    The calls run in parallel only if the function releases the GIL. If a call raises an error or
+    the caller stops iterating, pending calls are cancelled and running calls are completed first.
     """
     items = list(items)
     threads = min(threads, len(items))

@@ -28,7 +28,7 @@ class BandFigures(PrintableResult):
     Attributes
     ----------
     trend_deg, plunge_deg : float
-        Line of the trace in degrees, contained in every plane of the band.
+        Line of the trace, degrees.
     half_width95_deg : float
         Maximum angle between a plane of the band and this line, degrees.
     turn95_deg : float
@@ -122,7 +122,7 @@ def fit_prior(name: str, normals: npt.ArrayLike) -> SetPrior | None:
 
 
 def fit_priors(groups: Mapping[str, npt.ArrayLike]) -> list[SetPrior]:
-    """Fit a Fisher distribution to each set that has enough planes.
+    """Fit a Fisher distribution to each set that has enough planes and forms a cluster.
 
     Parameters
     ----------
@@ -142,10 +142,14 @@ def table_priors(table: OrientationRows) -> list[SetPrior]:
 
     If the table has no set column, all planes form one set.
 
+    Returns
+    -------
+    list of SetPrior
+
     Raises
     ------
     GeometryError
-        If no set has at least three planes.
+        If no set has at least three planes that form a cluster.
     """
     names = np.array(table.sets if table.sets is not None else ["all"] * len(table), dtype=object)
     poles, planes = table.vectors(), np.asarray(table.is_plane, np.bool_)

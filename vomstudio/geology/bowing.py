@@ -133,7 +133,7 @@ def bowing_deg(lens_across95_deg: float | None, bowing: Bowing | None) -> float 
     Returns
     -------
     float or None
-        None if there is no information on bowing.
+        None if the lens error is unknown and no bowing is significant.
     """
     if bowing is not None and bowing.significant:
         return bowing.across_deg
@@ -313,7 +313,8 @@ def fit_bowing_to_rotations(
     Returns
     -------
     Bowing or None
-        None if there are too few photos, or if all have the same position along the model.
+        None if there are too few photos, or if bowing cannot be distinguished from a rotation of
+        the whole model or of the mount.
     """
     n = len(positions)
     if n < MIN_BOWING_POINTS:

@@ -52,7 +52,7 @@ def common_axis(
     sets: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]],
     rotation_errors: Mapping[str, RotationErrors] | None = None,
 ) -> FoldAxis:
-    """Find the common axis of several sets of planes (hanging wall, footwall, fault ...).
+    """Find the common axis of several sets of planes.
 
     The axis is the pole of the best-fit plane through the mean poles of the sets, and each set has
     equal weight regardless of its number of planes. For two sets, it is the intersection of their
@@ -145,9 +145,9 @@ def _mean_variances(
 def _axis_region(
     means: FloatArray, axes: FloatArray, variances: FloatArray, min_count: int
 ) -> tuple[tuple[float, float] | None, FloatArray]:
-    """Return the semi-axes of the joint 95 % region of beta, and the direction of the larger.
+    """Return the semi-axes of the joint 95 % region of beta and the major direction.
 
-    The semi-axes are in degrees.
+    The semi-axes are in degrees; None if a set has only one plane.
     """
     if min_count < 2:
         return None, axes[1]

@@ -376,7 +376,7 @@ def cone(vector: npt.ArrayLike, half_angle_deg: float) -> tuple[float, float, Fl
     Returns
     -------
     tuple
-        Both half-angles in degrees, and the direction of the larger one.
+        Both half-angles in degrees, and any direction perpendicular to the vector.
     """
     return half_angle_deg, half_angle_deg, _tangent_basis(np.asarray(vector, np.float64))[0]
 

@@ -108,7 +108,7 @@ class _Kernel:
     cap_fraction : float
         Area of the counting circle as a share of the hemisphere.
     scale : float
-        Unit of the density.
+        Count that corresponds to a density of one.
     cutoff_deg : float
         Maximum angular distance of a pole that contributes, degrees.
     """
@@ -252,9 +252,10 @@ def grid_size(n: int, method: str = "exponential_kamb", sigma: float = SIGMA) ->
 
 
 def choose_round_levels(maximum: float, method: str) -> list[float]:
-    """Return up to 8 round contour levels below the maximum density.
+    """Return up to seven round contour levels below the maximum density.
 
-    The levels are multiples of 2 (or more) standard deviations, or round shares.
+    The levels are multiples of 2 (or more) standard deviations, or round shares. There is only one
+    level if the maximum is very large.
 
     Parameters
     ----------
@@ -288,7 +289,8 @@ def find_maximum(
     sigma : float
     grid : (size, size) ndarray, optional
         The density as returned by `density_grid` for the same data, method and sigma. With the
-        exponential kernel it replaces the search on a lattice, which takes as long as the grid.
+        exponential kernel it replaces the search on a lattice, which takes as long as the
+        computation of the grid.
 
     Returns
     -------
@@ -358,8 +360,9 @@ def _sort_by_position(positions: FloatArray) -> FloatArray:
 def _ascend_density(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> FloatArray:
     """Find the local maximum of the density near a unit vector by ascent.
 
-    Both smooth kernels are convex functions of position, so the sum of the data, weighted by the
-    slopes of their kernels, never decreases. Newton's step replaces a step that ascends less.
+    A step leads to the direction of the sum of the data, weighted by the slopes of their kernels.
+    Both smooth kernels are convex functions of position, so the density never decreases. A step of
+    Newton's method is used if it ascends more.
     """
     position = start
     # The maximum is as wide as the kernel, so a few kernel radii include all relevant data.

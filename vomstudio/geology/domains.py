@@ -53,8 +53,8 @@ class OneAxisTest:
         Largest angle between the axes of two domains, degrees; None if fewer than two domains have
         an axis.
     beds_off_deg : float or None
-        Largest angle between the common axis and the mean bed of a domain of uniform dip, degrees;
-        None if there is no such domain.
+        Largest angle between the common axis and the mean bed of a domain that has no axis,
+        degrees; None if all domains have an axis.
     """
 
     serves_all: bool
@@ -126,6 +126,11 @@ def domain_axes(
         Fold axis of the planes of all domains.
     waviness_deg : float, optional
         See `fold_axis`.
+
+    Returns
+    -------
+    figures : dict of str to DomainFigures
+    test : OneAxisTest
     """
     beta = common_axis.beta.vector()
     figures: dict[str, DomainFigures] = {}
@@ -178,7 +183,7 @@ class ProjectionAxis:
     description : str
         Name of the line, or the reason why the domain has none.
     valid : str or None
-        "yes" or "conditional", as in `FoldAxis`.
+        Validity of the line, as in `FoldAxis`; None if the domain has no line.
     """
 
     line: Line | None
@@ -193,8 +198,8 @@ def projection_axes(
 ) -> dict[str, ProjectionAxis]:
     """Compute the projection axis of each domain (textbook 4.2, fig. 31c and d).
 
-    It is beta for a fold whose validity is not "no". For beds of uniform dip, it is the
-    intersection of their mean plane with the mean plane of the faults.
+    It is beta for a fold whose validity is not "no". Otherwise, it is the intersection of the mean
+    plane of the beds with the mean plane of the faults, if faults are given.
 
     Parameters
     ----------

@@ -41,7 +41,10 @@ class DoubtfulStretch:
 
 @dataclass(frozen=True, eq=False)
 class RemainingTrace:
-    """Plane of the points outside the doubtful stretches; `fit` is None if it has no error."""
+    """Plane of the points outside the doubtful stretches.
+
+    `fit` is None if too few points remain or they do not define a plane.
+    """
 
     fit: FittedPlane | None
     stretches: tuple[DoubtfulStretch, ...]
@@ -49,7 +52,11 @@ class RemainingTrace:
     def error95_deg(
         self, fit: FittedPlane, resolution_m: float | None, outcrop_normal: FloatArray | None = None
     ) -> float:
-        """Return the 95 % error of the plane of all points if the remaining points are correct."""
+        """Return the 95 % error of the plane of all points if the remaining points are correct.
+
+        It is the angle between both planes plus the error of the plane of the remaining points, at
+        most 90 degrees.
+        """
         if self.fit is None:
             return 90.0
         cosine = min(abs(float(fit.normal @ self.fit.normal)), 1.0)
@@ -80,6 +87,8 @@ def fit_remaining_plane(
     points: FloatArray, vertex_ranges: Sequence[VertexRange]
 ) -> RemainingTrace | None:
     """Fit a plane to the points of a trace outside the given stretches.
+
+    `MARGIN_VERTICES` points at each end of a stretch are also excluded.
 
     Parameters
     ----------

@@ -87,7 +87,8 @@ def select_planes(
 ) -> SelectedPlanes:
     """Select the planes of one kind from which a fold axis is computed.
 
-    Planes without a verdict, such as compass readings, are used only if no plane has a verdict.
+    Planes without a verdict, such as compass readings, are used only if no plane has a verdict and
+    no verdict is required.
 
     Parameters
     ----------

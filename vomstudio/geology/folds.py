@@ -143,7 +143,7 @@ class FoldAxis:
 
     @property
     def error95_deg(self) -> float | None:
-        """Larger half-angle of the total 95 % region of beta, degrees."""
+        """Larger half-angle of the total 95 % region of beta, degrees; None if unknown."""
         return self.max_confidence95_deg if self.total is None else self.total.largest_deg
 
     @property
@@ -203,8 +203,8 @@ def fold_axis(
     bowed_deg : float, optional
         Difference in dip between the edges of a bowed model, degrees.
     waviness_deg : float, optional
-        Standard deviation of natural poles from the great circle, including their error, degrees;
-        by default, the usual limits of a cylindrical fold apply.
+        Standard deviation of the poles of a cylindrical fold from the great circle, including their
+        error, degrees; by default, the usual limits of a cylindrical fold apply.
     names : sequence of str, optional
         Names of the planes in findings; by default, they are numbered from 1.
     overturned : (n,) array_like of bool, optional
@@ -341,7 +341,7 @@ def _check_single_planes(
     """Return the verdict, or "undetermined" if it depends on a single plane.
 
     This is the case if omitting the plane moves beta out of its own 95 % region, or changes the
-    verdict. The weaker of the two validities applies.
+    verdict. A cylindrical verdict becomes conditional if a cone is excluded because of one plane.
     """
     if len(poles) < MIN_PLANES or verdict.name in ("homoclinal", "scattered"):
         return verdict
@@ -454,7 +454,7 @@ def build_axis(
     major_direction : (3,) ndarray
         Direction of the larger semi-axis.
     judge : callable
-        Function that returns the verdict for a 95 % error of beta in degrees.
+        Function that returns the verdict for a 95 % error of beta in degrees (None if unknown).
     axis_with_derivatives : VectorsWithDerivatives or None
         Beta with its derivatives with respect to the rotations of the registrations.
     notes : sequence of Finding
@@ -538,7 +538,7 @@ def _cone_figures(shape: PoleShape) -> ConeFigures | None:
 def _limb_figures(shape: PoleShape) -> LimbFigures | None:
     """Return the figures of the limbs, or None if the poles do not determine them.
 
-    The interlimb angle is the one that opens downward or upward without containing either limb.
+    The interlimb angle is 180 degrees minus the angle between the normals toward younger beds.
     """
     if shape.limbs is None or shape.limbs.doubt:
         return None

@@ -113,20 +113,20 @@ def uncertain_plane(
 def deviation95(
     plane: UncertainPlane, vector: npt.ArrayLike, *, is_joint: bool = True
 ) -> float | None:
-    """Return the 95 % deviation of a vector in a plane from the plane, in the vector's unit.
+    """Return the 95 % error of a vector in a plane, normal to the plane.
 
     Parameters
     ----------
     plane : UncertainPlane
     vector : (3,) array_like
     is_joint : bool
-        If True, return the half-width of the joint region; if False, the interval of this value
-        alone (Student's t instead of Fisher's F).
+        If True, return the half-width of the joint region; if False, that of the interval of this
+        value alone (Student's t instead of Fisher's F).
 
     Returns
     -------
     float or None
-        None if the error of the plane is unknown.
+        In the unit of the vector; None if the error of the plane is unknown.
     """
     if plane.spread95 is None:
         return None

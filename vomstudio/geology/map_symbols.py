@@ -39,8 +39,8 @@ def strike_and_dip_symbol(
     size : float
         Length of the bar, m.
     overturned : bool
-        True if the bed is overturned (younger side below); a half circle with its ends on the bar
-        then opens up dip.
+        True if the bed is overturned (younger side below); a half circle is then added
+        on the up-dip side of the bar.
     """
     position = np.asarray(centre, np.float64)
     sine, cosine = (float(part) for part in sin_cos_deg(dip_direction_deg))
@@ -89,9 +89,10 @@ def _arrowhead(tip: FloatArray, forward: FloatArray, half_width: FloatArray) -> 
 
 
 def symbol_size(positions: npt.ArrayLike) -> float:
-    """Return a symbol length at which symbols at given positions do not overlap.
+    """Return the length of symbols on a map of given positions, m.
 
-    It is a fortieth of the map extent of the positions, and at least a fortieth of a metre.
+    It is a fortieth of the extent of the positions, and at least a fortieth of a metre; 1 m if
+    there are no positions.
 
     Parameters
     ----------

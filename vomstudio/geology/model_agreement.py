@@ -95,7 +95,7 @@ class Agreement(Result):
 
     @property
     def findings(self) -> list[Finding]:
-        """Number of planes that were measured on both models, and the share that agrees."""
+        """Findings on the number of planes measured on both models and the share that agrees."""
         if not self.n:
             return [Finding("comparison.no-planes-matched")]
         findings = [

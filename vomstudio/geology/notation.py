@@ -168,6 +168,8 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
     ------
     InputError
         If the text is not a valid plane.
+    ValueError
+        If the notation is unknown.
     """
     convention = "dipdir/dip" if notation is None else notation
     if convention not in PAIR_NOTATIONS:
@@ -229,7 +231,7 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
 
 
 def parse_plane_option(text: str, field: str = "--plane") -> Plane:
-    """Parse the plane given as an option in the form dip direction/dip.
+    """Parse the plane of a command option, in the form dip direction/dip.
 
     Parameters
     ----------
@@ -253,7 +255,7 @@ def parse_plane_option(text: str, field: str = "--plane") -> Plane:
 
 
 def parse_line_option(text: str, field: str) -> Line:
-    """Parse the line given as an option in the form trend/plunge.
+    """Parse the line of a command option, in the form trend/plunge.
 
     Parameters
     ----------
@@ -767,12 +769,12 @@ def attitude_decimals(error95_deg: float | None) -> int:
 
 
 def format_error_deg(value: float | None) -> str:
-    """Format an error, or an angle of similar accuracy, with two significant digits.
+    """Format an error, or an angle of similar accuracy, with about two significant digits.
 
     Parameters
     ----------
     value : float or None
-        Degrees.
+        Degrees; None is formatted as a dash.
 
     Returns
     -------

@@ -562,7 +562,10 @@ def slip_from_rake(plane: Plane, slip_rake_deg: float) -> Line:
 
 
 def _plane_components(line: Line, plane: Plane) -> tuple[float, float]:
-    """Return the components of the line along the strike and down the dip."""
+    """Return the components of the line along the strike and down the dip.
+
+    Raises GeometryError if the line is parallel to the normal.
+    """
     v = line.vector()
     strike_component, dip_component = (
         float(v @ plane.strike_vector()),

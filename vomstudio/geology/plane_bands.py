@@ -62,7 +62,7 @@ class PlaneBand:
 
     @property
     def line(self) -> Line:
-        """Line of the trace, which is contained in every plane of the band."""
+        """Line of the trace, about which the planes of the band rotate."""
         return Line.from_vector(self.axes[0])
 
     @property
@@ -159,7 +159,7 @@ def find_plane_band(
     ----------
     fit : FittedPlane
     resolution_m : float, optional
-        Resolution of the model in metres, which limits the direction of a line over its length.
+        Resolution of the model in metres, which limits the accuracy of the line.
     registration_deg : float, optional
         95 % half-angle of the registration, degrees.
     outcrop_normal : (3,) array_like, optional
@@ -231,7 +231,7 @@ class BandSet:
     Attributes
     ----------
     p : float
-        p-value: probability that a plane of the set is at least as far from the band as its mean.
+        p-value for the hypothesis that the trace lies in a plane of the set.
     compatible : bool
         True if p is at least 0.05.
     probability : float
@@ -339,7 +339,7 @@ def crossing_plane(first_band: PlaneBand, second_band: PlaneBand) -> CrossingPla
     Raises
     ------
     GeometryError
-        If the lines are nearly parallel.
+        If the angle between the lines is less than `MIN_CROSSING_DEG`.
     """
     first_axis, second_axis = first_band.axes[0], second_band.axes[0]
     angle = float(
@@ -396,7 +396,7 @@ def _fisher_density(kappa: float, cosine: FloatArray) -> FloatArray:
 
 
 def _p_value(band: PlaneBand, prior: SetPrior) -> float:
-    """Return the p-value of a plane of the set at the distance of the mean of the set."""
+    """Return the p-value for the hypothesis that the trace lies in a plane of the set."""
     local_points = band.axes @ np.asarray(prior.normal)
     misfit = float(np.arcsin(np.clip(abs(local_points[0]), 0.0, 1.0)))
     line_variance = _line_error_rad(band, np.asarray(prior.normal)) ** 2

@@ -24,11 +24,12 @@ class MutualAgreement:
     picks_near : int
         Number of picked planes that have a proposed plane within half the extent of the longer one.
     picks_found : int
-        Number of these picked planes that agree with a proposed plane.
+        Number of these picked planes that agree with a proposed plane nearby.
     proposed_near, proposed_borne_out : int
         The same numbers for proposed planes.
     median_angle_deg : float or None
-        Median angle between the picks found and the best proposed plane, degrees.
+        Median angle between the picks found and the most similar proposed plane nearby, degrees;
+        None if no pick was found.
     """
 
     picked: int

@@ -14,7 +14,9 @@ from vomstudio.core.words import tr
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Thresholds of a verdict. The textbook (section 4.1) gives only the two limits of 4.1.3.
+    """Thresholds of a verdict.
+
+    The textbook (section 4.1) gives only two limits, in section 4.1.3.
 
     Attributes
     ----------

@@ -116,7 +116,7 @@ def governing_half_angles(
     Returns
     -------
     largest, smallest : float or None
-        Degrees.
+        Degrees; None if undefined.
     """
     major_deg, minor_deg = governing_confidence_deg(fit, kind), fit.min_confidence95_deg
     if major_deg is None or minor_deg is None or fit.max_confidence95_deg is None:
@@ -233,7 +233,8 @@ def _tilt_of_points_deg(fit: FittedPlane, sigma_m: float) -> float:
 def has_too_few_points(fit: FittedPlane, resolution_m: float | None, good_deg: float) -> bool:
     """Return whether a plane has fewer than 6 independent points and no roughness bound.
 
-    The misfit of a few points is too often small by chance. The resolution of the model is a
+    The misfit of a few points is too often small by chance. Three points, which have no misfit, are
+    judged separately. The resolution of the model is a
     roughness bound if point errors of half the resolution still result in a good plane.
 
     Parameters
@@ -268,7 +269,7 @@ def total_error_deg(
 
     It is the half-angle of the fit (see `governing_confidence_deg`), but at least the tilt due to
     the resolution or to doubtful stretches (geology/doubtful_stretches.py), combined with the error
-    of the registration.
+    of the registration. It is 90 degrees if the trace is not wider than the wander of its points.
 
     Parameters
     ----------
@@ -515,8 +516,8 @@ def _face_findings(
 ) -> tuple[list[Finding], list[Finding]]:
     """Return the findings about a trace that is parallel to the outcrop face.
 
-    The first list rejects a trace that is merely drawn on the face; the second asks the user to
-    check whether the face is the structure.
+    The first list contains the reason against a trace that is merely drawn on the face; the second
+    contains the question whether the face is the structure itself.
     """
     if kind != "trace" or outcrop_normal is None:
         return [], []
@@ -651,7 +652,7 @@ def judge_line(
     is_plane_missing : bool
         True if the plane of the line was deleted.
     is_plane_known : bool
-        True if the plane of the line has an error, which is the error of the line across the plane.
+        True if the plane of the line has a known error, which is that of the line across the plane.
     scatter_deg : float
         RMS angle between planes and their mean in the set with the larger scatter, degrees.
     registration_deg : float, optional

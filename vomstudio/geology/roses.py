@@ -39,6 +39,7 @@ class Rose:
         Shares of the bins, clockwise from north; a bin includes its lower edge.
     mean_deg : float or None
         Circular mean in degrees; for axes, it is computed from doubled angles and is in [0, 180).
+        None if undefined.
     resultant : float
         Mean resultant length, from 0 (no preferred direction) to 1 (all equal).
     rayleigh_p : float or None
@@ -62,7 +63,7 @@ class Rose:
     def has_preferred_direction(self) -> bool:
         """Whether there is a mean direction that is significant at the 5 % level.
 
-        Fewer than 5 rows are not tested for significance.
+        With fewer than 5 rows, significance is not required.
         """
         return self.mean_deg is not None and (self.rayleigh_p is None or self.rayleigh_p < 0.05)
 
@@ -80,7 +81,7 @@ class AngleHistogram:
     shares : (90 / bin_deg,) ndarray
         Shares of the bins, which sum to 1.
     mean_deg, std_deg : float or None
-        Weighted mean and standard deviation, degrees.
+        Weighted mean and standard deviation, degrees; None if undefined.
     left_out : int
         Number of rows without an angle or weight.
     """
@@ -251,7 +252,7 @@ def count_bins(bin_deg: float) -> int:
     Raises
     ------
     UsageError
-        If the bins do not divide the circle evenly.
+        If the bins do not divide the half circle evenly.
     """
     check_bins(bin_deg, 180.0)
     return 2 * round(180.0 / bin_deg)

@@ -164,7 +164,7 @@ class Fisher:
     R : float
         Length of the resultant.
     kappa : float or None
-        (n - 1) / (n - R); None (infinite) for identical directions.
+        (n - 1) / (n - R); None for identical directions (infinite) and for a single direction.
     alpha95_deg : float or None
         Half-angle of the 95 % confidence cone of the mean, degrees (joint, exact: cos a = 1 - ((n -
         R) / R) (20^(1 / (n - 1)) - 1)); None if no such cone exists, or if a few weights dominate.
@@ -260,8 +260,8 @@ def has_dominant_weights(weights: npt.ArrayLike) -> bool:
 def no_fisher_reason(vectors: npt.ArrayLike, is_directed: bool) -> Finding | None:
     """Return the reason why Fisher's statistics do not apply, or None if they do.
 
-    They do not apply to single orientations, nor to axial data that do not form a cluster, so that
-    the point index P is not the largest of Vollmer's (1990) three indices: the mean of a flipped
+    They do not apply to single orientations, nor to axial data that do not form a cluster, that is,
+    whose point index P is not the largest of Vollmer's (1990) three indices: the mean of a flipped
     girdle or of a uniform set is meaningless. Woodcock's K alone would also reject tight elongated
     clusters.
 

@@ -45,6 +45,11 @@ def project(vectors: npt.ArrayLike, projection: str = "area", *, flip: bool = Tr
     Returns
     -------
     (n, 2) ndarray
+
+    Raises
+    ------
+    ValueError
+        If the projection is unknown.
     """
     _check_projection(projection)
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
@@ -71,6 +76,11 @@ def unproject(points: npt.ArrayLike, projection: str = "area") -> FloatArray:
     -------
     (n, 3) ndarray
         NaN for points outside the primitive circle.
+
+    Raises
+    ------
+    ValueError
+        If the projection is unknown.
     """
     _check_projection(projection)
     p = np.atleast_2d(np.asarray(points, dtype=np.float64))
@@ -291,8 +301,8 @@ def cone_curve(
 
     The curve is closed and split into polylines at the primitive circle.
 
-    The ellipse is one of directions on the sphere: at the position angle t, the half-angle is the
-    radius of an ellipse with these semi-axes, so no half-angle exceeds the larger one.
+    At the position angle t about the axis, the half-angle of the cone is the radius of an ellipse
+    with the given half-angles as semi-axes, so no half-angle exceeds the larger one.
 
     Parameters
     ----------
@@ -324,8 +334,8 @@ def cone_curve(
 def split_at_primitive(curve: npt.ArrayLike) -> list[FloatArray]:
     """Move a curve to the lower hemisphere, split where it crosses the primitive circle.
 
-    Directions that point up are replaced by their opposites. Each part ends exactly on the
-    primitive circle.
+    Directions that point up are replaced by their opposites. The parts of a curve that
+    crosses the primitive circle end exactly on it.
 
     Parameters
     ----------

@@ -86,7 +86,8 @@ def table_fold(table: OrientationRows, options: FoldOptions | None = None) -> Ta
     GeometryError
         If the planes have no axis.
     UsageError
-        If a kind, set or column is missing.
+        If a kind, set or column is missing, if no planes are selected, or if there are fewer than
+        two domains.
     """
     options = FoldOptions() if options is None else options
     sets = None if options.sets is None else set_names(options.sets)
@@ -181,6 +182,12 @@ def fold_axis_of_table(
     rotate : callable or None
         Function that rotates normals (n, 3) like a rotated net; registrations are then ignored.
 
+    Returns
+    -------
+    axis : FoldAxis
+    not_good : int or None
+        Number of planes used whose verdict is not good; None if no plane has a verdict.
+
     Raises
     ------
     GeometryError, UsageError
@@ -225,7 +232,10 @@ class _Selection:
         fold_filter: FoldFilter,
         rotate: Callable[[FloatArray], FloatArray] | None = None,
     ) -> FoldAxis:
-        """Return the axis of the selected planes, or of the named sets."""
+        """Return the axis of the selected planes, or of the named sets.
+
+        Raises GeometryError if they have no axis, and UsageError if no planes are selected.
+        """
         self.exclude_lines()
         # Ignore an empty column of kinds, as written by `fit`.
         has_kinds = self.table.kinds is not None and any(self.table.kinds)

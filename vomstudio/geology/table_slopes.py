@@ -91,7 +91,7 @@ class TopplingMode(PairFailureMode):
 
 @dataclass(frozen=True)
 class SlopeAttitude:
-    """Dip direction and dip of the face, degrees."""
+    """Dip direction, dip and right-hand-rule strike of the face, degrees."""
 
     dip_direction_deg: float
     dip_deg: float
@@ -146,7 +146,7 @@ def slope_face(face: str | Plane, options: SlopeOptions) -> SlopeFace:
     Raises
     ------
     UsageError
-        If the text is not a valid plane.
+        If the text is not a valid plane, or if the plane is horizontal.
     """
     try:
         plane = parse_plane(face, "dipdir/dip") if isinstance(face, str) else face

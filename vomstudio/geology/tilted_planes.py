@@ -53,7 +53,7 @@ class TiltedPlanes:
         )
 
     def draw(self, count: int, generator: np.random.Generator) -> FloatArray:
-        """Draw random upward unit normals (draws, n, 3)."""
+        """Draw random upward unit normals (count, n, 3)."""
         n = len(self.normals)
         displacement = np.einsum(
             "knj,njc->knc", generator.standard_normal((count, n, 2)), self.axes
@@ -178,7 +178,7 @@ def _frames(azimuth_deg: FloatArray, dip_deg: FloatArray, rake_deg: FloatArray) 
 
 
 def column_numbers(table: OrientationRows, rows: IntArray, name: str) -> FloatArray:
-    """Return the numbers in a column; half-angles and rakes are never negative.
+    """Return the half-angles or rakes in a column, degrees.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def column_numbers(table: OrientationRows, rows: IntArray, name: str) -> FloatAr
     Returns
     -------
     (n,) ndarray
-        Values of the given rows; NaN if missing.
+        Values of the given rows; NaN if missing or not between 0 and 180.
     """
     try:
         cells = table.column(name)

@@ -46,7 +46,8 @@ def error_axes(angles: npt.ArrayLike) -> FloatArray:
 
     These are the downward axis, the level side axis and the level forward axis, because an
     instrument measures north and the vertical. The vertical has the same accuracy sideways and
-    forward, even for a camera that looks down, for which a roll about the view would be a yaw.
+    forward. This also applies to a camera that looks down, for which a roll about the view would be
+    a yaw.
 
     Parameters
     ----------

@@ -91,7 +91,7 @@ def _plain_number(value: float) -> str:
 def extend_limits_for_legend(axes: Axes, legend: Legend) -> None:
     """Extend the vertical limits until the legend covers no curve or area.
 
-    The limit on the side of the legend is extended. Draw everything first.
+    Only the limit at the legend is moved. Call this function after everything is drawn.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def extend_limits_for_legend(axes: Axes, legend: Legend) -> None:
 
 
 def _curve_points(axes: Axes) -> FloatArray:
-    """Return points (n, 2) along all curves and areas, in shares of the axes."""
+    """Return points (n, 2) along visible curves and areas, in axes coordinates (0 to 1)."""
     curves = [line.get_transform().transform(line.get_xydata()) for line in axes.lines]
     for collection in axes.collections:
         for path in collection.get_paths():
@@ -163,7 +163,7 @@ def label_symbols(
     font_pt: float,
     color: str,
 ) -> None:
-    """Write names beside symbols where they overlap no other text or symbol; omit the others.
+    """Write names beside symbols, omitting those that would overlap text or symbols.
 
     Parameters
     ----------
@@ -220,7 +220,9 @@ def label_symbols(
 
 
 def arrange_columns(widths: Sequence[float], width: float, gap: float) -> list[float]:
-    """Return the column widths with which entries, filled row by row, need the fewest rows.
+    """Return the widths of the columns of a legend with the fewest rows.
+
+    The entries are arranged row by row.
 
     Parameters
     ----------

@@ -85,7 +85,10 @@ class Assets:
         return asset
 
     def path(self, asset: Asset) -> Path:
-        """Return the path of an asset, or of a temporary copy if it exists only in memory."""
+        """Return the path of an asset, or of a temporary copy if it exists only in memory.
+
+        Raises InputError if it is in neither place.
+        """
         try:
             return asset_path(self._folder(), asset)
         except InputError:

@@ -26,16 +26,16 @@ def describe_bed(
     ----------
     records : mapping
     line_id : str
-        ID of the section line.
+        ID of the line of the log.
     boundary : str
-        ID of a trace, or POINT followed by the number of a point of the line.
+        ID of a trace, or `POINT_PREFIX` followed by the index of a point of the line.
     lithology : str
     notes : str
 
     Raises
     ------
     DocumentError
-        If the line does not exist or has no log, or if nothing would change.
+        If the line does not exist or cannot have a log, or if nothing would change.
     """
     line = get(records, line_id, LoggedFeature)
     if line is None:
@@ -53,10 +53,10 @@ def describe_bed(
 
 
 def vertex_fields(feature: Feature, vertices: Sequence[Point]) -> dict[str, Any]:
-    """Return the fields of a line that change together with its vertices.
+    """Return the vertices of a feature and, if it has a log, the beds that match them.
 
-    A description stays with its point if points are inserted before it, and is removed together
-    with the point.
+    The description of a bed stays with its point if points are inserted before it, and is removed
+    together with the point.
     """
     fields: dict[str, Any] = {"vertices": tuple(vertices)}
     if not isinstance(feature, LoggedFeature) or not feature.beds:

@@ -42,7 +42,7 @@ def _line(name: str) -> Value:
 
 
 def _fit_value(plane_name: str, line_name: str) -> Value:
-    """Return the value of a fitted plane, otherwise of a fitted line."""
+    """Return a function for a value of a fitted plane, otherwise of a fitted line."""
 
     def value(s: Subject) -> Any:
         fit, line = s.measured.fit, s.measured.line_fit
@@ -54,7 +54,7 @@ def _fit_value(plane_name: str, line_name: str) -> Value:
 
 
 def _feature(name: str) -> Value:
-    """Return the value of a record field, or None if it is empty or missing."""
+    """Return a function for a record field, which returns None if it is empty or missing."""
     return lambda subject: getattr(subject.feature, name, None) or None
 
 
@@ -75,7 +75,7 @@ def _element(subject: Subject) -> str | None:
 
 
 def feature_centre(subject: Subject) -> FloatArray | None:
-    """Return the centre (3,) of a feature in the World frame, metres."""
+    """Return the centre (3,) of a feature in the World frame, or None if it has no points."""
     if subject.measured.fit is not None:
         return subject.measured.fit.centroid
     return subject.measured.points.mean(axis=0) if len(subject.measured.points) else None

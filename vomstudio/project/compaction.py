@@ -88,7 +88,7 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compactio
     Raises
     ------
     DocumentError
-        If there are unsaved changes.
+        If there are unsaved changes, if steps exist only in memory, or if the journal is damaged.
     TargetError
         If the project cannot be written. In this case nothing has changed.
     """

@@ -41,8 +41,8 @@ def split_by_plane(
 ) -> tuple[Edit, int]:
     """Assign the features on the two sides of a feature's plane to two domains.
 
-    The domains are the hanging wall and the footwall. Features of the same type and set as the
-    plane are not assigned.
+    The domains are the hanging wall and the footwall or, if the plane is vertical, its two sides by
+    compass direction. Features of the same type and set as the plane are not assigned.
 
     Returns
     -------

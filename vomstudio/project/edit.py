@@ -68,7 +68,7 @@ class Edit:
 
 
 def change(records: Mapping[str, Record], label: str, after: Changes) -> Edit:
-    """Return the edit that sets the records with the IDs in `after` to its values.
+    """Return the edit that replaces records by those in `after`; None removes a record.
 
     Line breaks in names, which come from pasted text and from tables, become spaces.
     """

@@ -50,7 +50,8 @@ _AUTOMATIC_NAME = re.compile(r"[^\W\d_]\d{2,}")
 def add_model(records: Records, model: Model, label: str = "") -> Edit:
     """Add a model, and its registration if the project does not contain it yet.
 
-    `label` is the label of the edit; it is empty if the model comes from an opened file.
+    `label` is the label of the edit; it is empty if the model comes from an opened file. Raises
+    DocumentError if the project already contains the model.
     """
     if model.id in records:
         raise DocumentError(Finding("record.exists", name=model.name))
@@ -110,7 +111,10 @@ def _is_placed_by(model: Model, registration: Registration) -> bool:
 
 
 def relocate_model(records: Records, model_id: str, path: str, content_hash: str) -> Edit:
-    """Change the path of a model whose file has been moved."""
+    """Change the path of a model whose file has been moved.
+
+    Raises DocumentError if the content of the file is different.
+    """
     model = _get_record(records, model_id, Model)
     if content_hash != model.content_hash:
         raise DocumentError(Finding("model.other-file", path=path, model=model.name))
@@ -202,7 +206,7 @@ def update_surroundings(records: Records, measured_fields: Mapping[str, Mapping[
     Raises
     ------
     DocumentError
-        If `measured_fields` is empty.
+        If `measured_fields` is empty or contains an ID that is not that of a trace or patch.
     """
     new_records: dict[str, Record | None] = {}
     for id_, values in measured_fields.items():
@@ -218,7 +222,8 @@ def update_surroundings(records: Records, measured_fields: Mapping[str, Mapping[
 def add_features(records: Records, features: Sequence[Feature]) -> Edit:
     """Add features other than traces, and name those without a name.
 
-    Traces are added by `add_trace`, which requires their vertices to define a plane.
+    Traces are added by `add_trace`, which requires their vertices to define a plane. Raises
+    DocumentError if there are no features or if one of them already exists.
     """
     new_records: dict[str, Record | None] = {}
     names = NextNames(records)
@@ -252,7 +257,10 @@ def set_line(
     *,
     resolution: float | None = None,
 ) -> Edit:
-    """Replace the vertices of a lineation or dimension, and the resolution around them."""
+    """Replace the vertices of a feature without a plane, and the resolution around them.
+
+    Raises DocumentError if the feature has a plane.
+    """
     feature = _get_record(records, feature_id, PickedFeature)
     if get_kind(feature).plane is not None:
         raise DocumentError(Finding("feature.has-plane", feature=feature.name))
@@ -267,7 +275,8 @@ def add_readings(
 ) -> Edit:
     """Add compass readings and their new feature types in a single edit.
 
-    Readings without a name are numbered within their type.
+    Readings without a name are numbered within their type. Raises DocumentError if there are no
+    readings or if one of them already exists.
     """
     new_records: dict[str, Record | None] = {}
     for feature_type in types:
@@ -303,8 +312,8 @@ def change_feature(records: Records, feature: Feature, verb: str = "Change") -> 
 def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
     """Set attributes that all of the given features have.
 
-    The attributes are `name`, `type_id`, `set_name`, `domain`, `station`, `overturned`, `notes`,
-    `method`, `plane_id`, `slip` and `slip_confidence`.
+    The attributes are those of the kinds of the features (`Kind.attributes`). Raises DocumentError
+    if there are no features, if a feature does not have an attribute, or if a value is invalid.
     """
     features: list[Feature] = [_get_record(records, id_, Feature) for id_ in ids]
     if not features:
@@ -335,7 +344,10 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
 
 
 def _check_attributes(feature: Feature, values: Mapping[str, Any]) -> None:
-    """Check that a feature has attributes, and that their values are valid for its kind."""
+    """Check that a feature has attributes, and that their values are valid for its kind.
+
+    Raises DocumentError.
+    """
     attributes = {attribute.field: attribute for attribute in get_kind(feature).attributes}
     for field, value in values.items():
         attribute = attributes.get(field)
@@ -406,7 +418,7 @@ def rename_by_type(records: Records, ids: Iterable[str]) -> Edit:
     Raises
     ------
     DocumentError
-        If none of the features has such a name.
+        If no feature has an automatic name of another type.
     """
     names = NextNames(records)
     new_records: dict[str, Record | None] = {}
@@ -443,7 +455,10 @@ def assign_sets(records: Records, names: Mapping[str, str]) -> Edit:
 
 
 def delete(records: Records, ids: Iterable[str]) -> Edit:
-    """Delete features. Features that depend on them are kept and report the missing inputs."""
+    """Delete features. Features that depend on them are kept and report the missing inputs.
+
+    Raises DocumentError if no features are given.
+    """
     features: list[Feature] = [_get_record(records, id_, Feature) for id_ in ids]
     if not features:
         raise DocumentError(Finding("selection.empty"))
@@ -452,7 +467,10 @@ def delete(records: Records, ids: Iterable[str]) -> Edit:
 
 
 def add_type(records: Records, feature_type: FeatureType) -> Edit:
-    """Add a feature type. Raises DocumentError if its name is empty or already in use."""
+    """Add a feature type.
+
+    Raises DocumentError if its name is empty or already in use, or if its colour is not valid.
+    """
     _check_type(records, feature_type)
     if feature_type.id in records:
         raise DocumentError(Finding("record.exists", name=feature_type.name))
@@ -467,7 +485,7 @@ _SYMBOLS = ("circle", "square", "triangle", "diamond", "pentagon", "star")
 def suggest_type(
     records: Records, name: str, geometry: Literal["plane", "line"] = "plane"
 ) -> FeatureType:
-    """Return a new feature type with an unused colour and symbol, if any are left."""
+    """Return a new feature type with an unused colour, if any, and the least used symbol."""
     kinds = [record for record in records.values() if isinstance(record, FeatureType)]
     used_colors = {feature_type.color for feature_type in kinds}
     color = next(
@@ -480,7 +498,10 @@ def suggest_type(
 
 
 def change_type(records: Records, feature_type: FeatureType) -> Edit:
-    """Change the name, colour or symbol of a type."""
+    """Change the name, colour or symbol of a type.
+
+    Raises DocumentError if the name or the colour is not valid, as in `add_type`.
+    """
     _get_record(records, feature_type.id, FeatureType)
     _check_type(records, feature_type)
     return change(
@@ -489,7 +510,7 @@ def change_type(records: Records, feature_type: FeatureType) -> Edit:
 
 
 def remove_type(records: Records, type_id: str) -> Edit:
-    """Remove a type that is not used by any feature."""
+    """Remove a type that no feature uses. The last type of a project is rejected."""
     feature_type = _get_record(records, type_id, FeatureType)
     count = sum(
         isinstance(record, TypedFeature) and record.type_id == type_id
@@ -555,7 +576,7 @@ def judge_by(records: Records, limits: Thresholds) -> Edit:
 
 
 def next_name(records: Records, feature_type: FeatureType | str) -> str:
-    """Return the next name for a type, such as B01, B02 ... for Bedding."""
+    """Return the next name for a type, such as B02 after B01 for Bedding."""
     return NextNames(records).propose_name(feature_type)
 
 

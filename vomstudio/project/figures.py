@@ -1,7 +1,7 @@
 """Definition of a figure: a property of a feature that has the same name everywhere.
 
-CSV files, the table of the window, the filter, the panels, GIS layers and the command line are
-projections of figures; each kind in `project/kinds` lists its figures.
+CSV files, the table of the window, the filter, the panels, GIS layers and the command line use
+the same definitions; each kind in `project/kinds` lists its figures.
 """
 
 from __future__ import annotations
@@ -42,7 +42,10 @@ class Subject:
 
     @cached_property
     def normal_covariance(self) -> FloatArray | None:
-        """Covariance from `registration_errors.normal_covariance`, cached for six columns."""
+        """Covariance from `registration_errors.normal_covariance`, cached for six columns.
+
+        It is None if the covariance is unknown.
+        """
         return normal_covariance(self.measured, self.model)
 
     @property
@@ -163,7 +166,7 @@ def figure_in_metres(
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Return a ratio or index as text with significant digits."""
+    """Return a ratio or index as text with significant digits; a dash for None."""
     if value is None:
         return "–"
     if not isfinite(value):

@@ -29,9 +29,9 @@ class FoldPlanes:
     azimuth_deg, dip_deg : (n,) float64
         Dip directions and dips.
     rotation_errors : RotationErrors or None
-        Rotations of the registrations, or None if the planes have been rotated.
+        Rotation errors of the registrations, or None if the planes have been rotated.
     bowed_deg : float or None
-        Difference in dip between the edges of the most strongly bowed model.
+        Difference in dip between the edges of the most strongly bowed model, or None if unknown.
     not_good : int or None
         Number of planes whose verdict is not good, or None if no plane has a verdict.
     left_out : tuple of ExcludedRows

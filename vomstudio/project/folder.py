@@ -78,7 +78,7 @@ class ProjectFolder:
             )
 
     def buffer_unwritten_steps(self, report: Callable[[Finding | None], object]) -> None:
-        """Keep unwritable steps in memory, in the same way as `SqliteJournal`.
+        """Keep unwritable steps in memory (see `SqliteJournal.buffer_unwritten_steps`).
 
         This is for programs that stay open and display this state. `report` is called immediately
         if nothing can be written.
@@ -110,7 +110,7 @@ class ProjectFolder:
 
     @property
     def write_failure(self) -> Finding | None:
-        """Reason why the next step cannot be written, if known."""
+        """Reason why the next step cannot be written, or None if no reason is known."""
         return self.journal.write_failure()
 
     @property
@@ -153,7 +153,8 @@ class ProjectFolder:
             Function that returns the settings of a new session.
         allow_unlocked : bool
             Whether to also open a project whose folder is not writable and therefore cannot be
-            locked. This is for programs that keep such steps in memory (`buffer_unwritten_steps`).
+            locked. This is for programs that keep unwritable steps in memory
+            (`buffer_unwritten_steps`).
 
         Raises
         ------
@@ -229,7 +230,7 @@ class ProjectFolder:
 
     @property
     def is_compacted(self) -> bool:
-        """Whether the project has been compacted since it was opened, which can be undone."""
+        """Whether there is a compaction that can be undone until the project is closed."""
         return self._compaction_result is not None
 
     def compact(self) -> None:
@@ -254,11 +255,12 @@ class ProjectFolder:
         return result
 
     def save_as(self, folder: Path) -> list[Finding]:
-        """Move the project to another folder, with its history, copies and reconstructions.
+        """Save the project in another folder, with its history and files, and continue there.
 
-        A named project stays as it was last saved; an untitled one is deleted. If the old folder is
-        gone or has been replaced, the state in memory is written, and findings report the missing
-        files. No job may be running in the project folder. Raises TargetError.
+        A named project stays in its old folder as it was last saved; an untitled one is deleted
+        there. If the old folder is gone or has been replaced, the state in memory is written, and
+        findings report the missing files. No job may be running in the project folder. Raises
+        TargetError.
         """
         if folder.exists() and not folder.is_dir():
             raise TargetError(Finding("output.exists"), file=folder)
@@ -323,7 +325,7 @@ class ProjectFolder:
         return [Finding("project.files-left-behind", names=missing_names)]
 
     def _copy_journal(self, path: Path) -> Mapping[int, int] | None:
-        """Write the history to a new file and return the new row numbers if they differ.
+        """Write the history to a new file, and return the new row numbers or None if unchanged.
 
         Raises TargetError.
         """

@@ -18,7 +18,7 @@ MARKS = {"-": "not inspected", "d": "done", "e": "empty", "u": "unmeasurable"}
 def add_grid(records: Records, grid: FaceGrid) -> Edit:
     """Add a grid over a face.
 
-    Raises DocumentError if the model does not exist or the grid is empty.
+    Raises DocumentError if the model does not exist, the grid already exists, or it is empty.
     """
     if get(records, grid.model_id, Model) is None:
         raise DocumentError(
@@ -36,7 +36,7 @@ def add_grid(records: Records, grid: FaceGrid) -> Edit:
 def mark_cells(records: Records, grid_id: str, cells: Iterable[int], mark: str) -> Edit:
     """Set the marks of cells.
 
-    Raises DocumentError if a cell does not exist or nothing would change.
+    Raises DocumentError if the grid, a cell or the mark does not exist, or if nothing would change.
     """
     grid = _grid(records, grid_id)
     if mark not in MARKS:
@@ -68,7 +68,7 @@ def grid_marks(grid: FaceGrid) -> str:
 
 
 def remove_grid(records: Records, grid_id: str) -> Edit:
-    """Remove a sampling grid."""
+    """Remove a coverage grid. Raises DocumentError if it does not exist."""
     grid = _grid(records, grid_id)
     return change(records, f"Remove grid {grid.name}", {grid_id: None})
 

@@ -355,7 +355,10 @@ def visibility_group(feature: Feature) -> str:
 
 
 def group_and_set(record: Record) -> tuple[str, str, bool] | None:
-    """Return the group of a feature, its set ("" for none), and whether it is a picked plane."""
+    """Return the group of a feature, its set, and whether it is a picked plane.
+
+    The set is "" if there is none. Returns None for records that are not features.
+    """
     if not isinstance(record, Feature):
         return None
     return visibility_group(record), str(getattr(record, "set_name", "")), is_picked_plane(record)
@@ -389,7 +392,7 @@ def always_true(feature: Any) -> bool:
 
 
 def plane_ids(feature: Any) -> tuple[str, ...]:
-    """Return the ID of the plane that a feature refers to in its `plane_id` field."""
+    """Return the ID in the field `plane_id` of a feature as a tuple; empty if not set."""
     return (feature.plane_id,) if feature.plane_id else ()
 
 

@@ -29,7 +29,10 @@ def _registration_error_name(quantity: str) -> str:
 
 
 def _thickness_error(figures: Mapping[str, float]) -> float | None:
-    """Return the error including that of the registration, if known."""
+    """Return the 95 % error of a thickness, including that of the registration if known.
+
+    Returns None if it is unknown.
+    """
     error = figures.get("thickness_total95_m")
     return figures.get("thickness_error95_m") if error is None else error
 
@@ -72,7 +75,7 @@ _HEADLINE_ORDER: tuple[str, ...] = ("thickness_m", "area_m2", "length_m", "dista
 
 
 def headline(measurement: Measurement) -> str | None:
-    """Return the main figure of a dimension, with its error if known."""
+    """Return the main figure of a dimension with its error, or None if it has no figures."""
     figures, metric = measurement.dimension, measurement.metric
     if not figures:
         return None

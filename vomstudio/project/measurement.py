@@ -147,7 +147,7 @@ class Measurement:
 
     @property
     def attitude_scale(self) -> Literal["local", "regional"] | None:
-        """Whether a fitted plane is local or regional; None if no plane is fitted."""
+        """Scale of a fitted plane, "local" or "regional"; None if no plane is fitted."""
         if self.fit is None or self.fit.error is not None:
             return None
         return "local" if is_local(self.fit, self.bend_deg, self.total95_deg) else "regional"
@@ -229,7 +229,7 @@ def fit_fields(fit: FittedPlane | None, plane: Plane | None = None) -> dict[str,
 
 
 def plane_with_error(measurement: Measurement) -> UncertainPlane | None:
-    """Return the plane with its error for verdicts, or None."""
+    """Return the plane with its error for verdicts, or None if there is no plane."""
     fit, plane = measurement.fit, measurement.plane
     if plane is None:
         return None
@@ -313,7 +313,10 @@ class ToWorld:
         return rotation
 
     def tilt_deg(self, direction: npt.ArrayLike | None) -> float | None:
-        """Return the 95 % half-angle by which the registration may tilt a direction (3,)."""
+        """Return the 95 % half-angle by which the registration may tilt a direction (3,).
+
+        Returns None if the direction or the error of the rotation is unknown.
+        """
         if self.rotation is None or direction is None:
             return None
         return self.tilts_deg(np.asarray(direction, np.float64)[None])[0]
@@ -326,17 +329,17 @@ class ToWorld:
 
 
 def matrix_to_world(model: Model | None) -> FloatArray:
-    """Return the matrix (4, 4) from the file frame to the World frame, or the identity."""
+    """Return the matrix (4, 4) from the file frame to World; for None, the identity."""
     return np.eye(4) if model is None else transform.matrix(model.to_world)
 
 
 def length_in_metres(length: float | None, rows: FloatArray) -> float | None:
-    """Convert a length in file units to metres."""
+    """Convert a length in file units to metres; None remains None."""
     return None if length is None else length * transform.scale_factor(rows)
 
 
 def is_metric(model: Model | None) -> bool:
-    """Return whether the lengths of a model are in metres."""
+    """Return whether the lengths of a model are in metres; True if `model` is None."""
     return model is None or model.frame.has_metres
 
 

@@ -83,7 +83,10 @@ def add_photo_set(
     marks: Marks | None = None,
     masks: Mapping[str, Asset] | None = None,
 ) -> Edit:
-    """Add a folder of photos with the points, marks and masks of its sidecar files."""
+    """Add a folder of photos with the points, marks and masks of its sidecar files.
+
+    Raises DocumentError if the project already contains it.
+    """
     if photo_set.id in records:
         raise DocumentError(Finding("record.exists", name=photo_set.name))
     new_records: ChangedRecords = {photo_set.id: photo_set}
@@ -100,7 +103,7 @@ def import_sidecar_data(
     masks: Mapping[str, Asset | None],
     crs: str | None = None,
 ) -> Edit:
-    """Replace the points and masks of a photo set with those of its sidecar files."""
+    """Replace the points and marks of a photo set, and set masks, from its sidecar files."""
     photo_set = _set(records, photo_set_id)
     known_crs = photo_set.crs if crs is None else crs
     new_records: ChangedRecords = {photo_set_id: replace(photo_set, crs=known_crs)}
@@ -120,7 +123,8 @@ def set_points(
 ) -> Edit:
     """Set the points and marks of a photo set; unchanged points and marks keep their records.
 
-    A point with a new label but the marks of an old point is treated as the same point.
+    If exactly one label is replaced by a new one with marks in the same photos, the point is
+    treated as renamed.
     """
     photo_set = _set(records, photo_set_id)
     new_records = _point_changes(records, photo_set_id, points, marks)
@@ -150,7 +154,7 @@ def locate_photos(records: Records, photo_set_id: str, path: str) -> Edit:
 def add_reconstruction(
     records: Records, reconstruction: ReconstructionRecord, registration: Registration
 ) -> Edit:
-    """Add the result of a run, replacing an earlier run in the same folder."""
+    """Add a reconstruction with its registration, replacing an earlier one in its folder."""
     _set(records, reconstruction.photo_set_id)
     new_records: ChangedRecords = {reconstruction.id: reconstruction}
     new_records |= set_registration(records, registration).after
@@ -165,7 +169,7 @@ def add_reconstruction(
 
 
 def find_reconstruction(records: Records, folder: str) -> ReconstructionRecord | None:
-    """Return the reconstruction whose files are in a folder."""
+    """Return the reconstruction whose files are in a folder, or None."""
     return next(
         (
             record
@@ -177,7 +181,7 @@ def find_reconstruction(records: Records, folder: str) -> ReconstructionRecord |
 
 
 def reconstruction_registration(records: Records, reconstruction_id: str) -> Registration | None:
-    """Return the registration that was computed with a reconstruction."""
+    """Return the registration that was computed with a reconstruction, or None."""
     return next(
         (
             record

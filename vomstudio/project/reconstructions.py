@@ -72,7 +72,7 @@ def _count(value: object) -> int:
 
 # --- files -------------------------------------------------------------------------------
 def copy_reconstructions(source: Path, target: Path) -> None:
-    """Copy finished reconstructions.
+    """Copy reconstructions, without locks and unfinished files.
 
     Large files are hard-linked if the disk supports it, because they are replaced by new files and
     never modified.

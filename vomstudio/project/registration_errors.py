@@ -37,9 +37,9 @@ def get_models(records: Records, features: Iterable[Feature]) -> list[Model | No
 
 
 def get_rotation_errors(models: Iterable[Model | None]) -> RotationErrors:
-    """Return how the features on these models (one model per feature) rotate together.
+    """Return the rotation errors of features, given the model of each feature.
 
-    Models that were placed by the same registration rotate together.
+    Features on models that were placed by the same registration rotate together.
     """
     known_covariances: dict[int, tuple[object, FloatArray | None]] = {}
     derivatives = []
@@ -68,8 +68,8 @@ def normal_covariance(measurement: Measurement, model: Model | None) -> FloatArr
     Returns
     -------
     (3, 3) float or None
-        Covariance in east, north and up, in radians squared; the 95 % region has the squares of its
-        semi-axes times 5.99. None if the error is unknown or is 90 degrees.
+        Covariance in east, north and up, in radians squared; its eigenvalues times 5.99 are the
+        squares of the semi-axes of the 95 % region. None if the error is unknown or is 90 degrees.
     """
     return normal_covariances([measurement], [model])[0]
 
@@ -113,7 +113,10 @@ def normal_covariances(
 
 
 def _region_angles(measurement: Measurement) -> tuple[float, float, float, float, float] | None:
-    """Return the dip direction, dip, error rake and half-angles; None if unknown or 90."""
+    """Return the dip direction, dip, error rake and half-angles of a measured plane.
+
+    Returns None if the error is unknown or at least 90 degrees.
+    """
     fit, plane = measurement.fit, measurement.plane
     if fit is None or plane is None or fit.error_rake_deg is None or fit.error is not None:
         return None
@@ -166,7 +169,10 @@ def registration_bowing(registration: Registration | None) -> Bowing | None:
 
 
 def bowing_limit_deg(registration: Registration) -> float | None:
-    """Return the possible difference in dip between the edges, as in `bowing.bowing_deg`."""
+    """Return the possible difference in dip between the edges, as in `bowing.bowing_deg`.
+
+    Returns None if it is unknown.
+    """
     return bowing_deg(registration.lens_bowing95_deg, registration_bowing(registration))
 
 

@@ -57,12 +57,13 @@ def repeatable_features(records: Records) -> list[RepeatableFeature]:
 def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = "") -> Edit:
     """Declare that a feature repeats another one, and who picked it.
 
-    The repeat gets the type and set of the first pick.
+    The repeat gets the type, set and domain of the first pick, and a name derived from its name.
 
     Raises
     ------
     DocumentError
-        If a feature does not exist, or if the two features are not of the same kind.
+        If a feature does not exist, if both are the same or of different kinds, or if the first
+        pick is itself a repeat.
     """
     repeated_feature, first_feature = (
         get(records, id_, RepeatableFeature),

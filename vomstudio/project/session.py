@@ -1,6 +1,7 @@
 """Session of an open project: records, history and notifications.
 
-Records are changed only by `Session.apply`, and changes are notified only by `changed`.
+Records are changed only by the methods of `Session`, and changes are reported only by its signal
+`changed`.
 """
 
 from __future__ import annotations

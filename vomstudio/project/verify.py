@@ -36,7 +36,7 @@ class Verification:
 
 
 def verify(folder: Path) -> Verification:
-    """Read the whole project without changing it; it may be open in a window.
+    """Verify a project without changing it; it may be open in a window.
 
     Raises InputError if the folder is not a project or was written by a newer version.
     """

@@ -127,7 +127,7 @@ class Adjustment:
 
     @property
     def rotation(self) -> FloatArray:
-        """Return the covariance (3, 3) of the rotation about east, north and up, in rad²."""
+        """Covariance (3, 3) of the rotation about east, north and up, in rad²."""
         return self.covariance[:3, :3]
 
 
@@ -338,7 +338,7 @@ def _start_rotations(kind: ObservationKind) -> list[FloatArray]:
 
 
 def _fixed_scale(kinds: Sequence[ObservationKind]) -> float | None:
-    """Return the metres per unit of the model if the scale is fixed."""
+    """Return the metres per unit of the model if the scale is fixed, or None."""
     for kind in kinds:
         if isinstance(kind, FixedScale):
             return float(kind.length[0] / np.linalg.norm(kind.second[0] - kind.first[0]))

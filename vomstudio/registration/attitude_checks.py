@@ -201,7 +201,7 @@ def _describe_outliers(
 ) -> list[bool]:
     """Return whether the vertical of each excluded photo is also excluded.
 
-    Appends one message for photos with the same error.
+    Appends one finding for all photos with the same error.
     """
     from scipy.spatial.transform import Rotation
 

@@ -312,7 +312,7 @@ def _reinstate_consistent_observations(
     *,
     use_stated_errors: bool,
 ) -> None:
-    """Remove consistent observations from the outliers, and update other errors."""
+    """Remove consistent observations from the outliers, and update the other errors."""
     observation_count = sum(len(kind.labels) for kind in kinds)
     for excluded_index in [*excluded_indices]:
         other_indices = [
@@ -380,7 +380,7 @@ def select_observations(kind: ObservationKind, is_selected: Sequence[bool]) -> O
 
 
 def _worst_test(tests: Sequence[_TestResult]) -> _TestResult | None:
-    """Return the least likely significant observation, if any.
+    """Return the test with the least probable significant residual, or None.
 
     The p-values of gross mistakes underflow to 0; among these, the one with the largest F ratio is
     returned.
@@ -476,6 +476,8 @@ def exclude_labels(
     kinds: Sequence[ObservationKind], check: Points | None, labels: Sequence[str]
 ) -> tuple[list[ObservationKind], Points | None]:
     """Remove the observations and check points with the given labels.
+
+    Returns the remaining observations and check points (None if `check` is None).
 
     Raises
     ------

@@ -57,7 +57,11 @@ def positions_in_metres(
 
     Raises
     ------
-    InputError, UsageError
+    InputError
+        If the CRS of the file cannot be used, if no position has a height, or if a position is
+        invalid or outside the area of the CRS.
+    UsageError
+        If the positions are in degrees and `crs` is None.
     """
     positions, crs, to_grid = _find_conversions(positions, crs)
     positions = _drop_missing_heights(positions, findings)
@@ -86,7 +90,8 @@ def _find_conversions(
     """Return the positions, the CRS, and the conversions to that CRS.
 
     The first conversion is from longitude and latitude to the CRS of the model. The second is from
-    x and y of the file to longitude and latitude, or None if the file contains these.
+    x and y of the file to longitude and latitude, or None if the file contains these. If one of the
+    two CRS is unknown, there are no conversions (None).
     """
     from pyproj import CRS, Transformer
     from pyproj.exceptions import CRSError
@@ -304,7 +309,8 @@ def select_consistent_cameras(
     Raises
     ------
     GeometryError
-        If the positions do not determine the position of the model.
+        If the positions are in degrees or all equal, or if they are the only observations and
+        collinear.
     """
     require_separate_positions(world)
     misplacement_findings, is_far = find_misplaced_points(labels, model, world, crs)

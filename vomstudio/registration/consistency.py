@@ -86,9 +86,9 @@ def check_fixed_scale(
     -------
     ScaleContradiction or None
     kinds : list of ObservationKind
-        Observations. In case of a contradiction, the points are scaled about their mean to the
-        fixed scale. The best rotation does not depend on the scale, whereas misfits due to a wrong
-        scale would bias it.
+        Observations. If the scales contradict each other or differ greatly, the points are scaled
+        about their mean to the fixed scale. The best rotation does not depend on the scale, whereas
+        misfits due to a wrong scale would bias it.
     """
     from scipy.stats import norm
 
@@ -274,7 +274,8 @@ def _initial_turn_deg(
 ) -> float:
     """Return an initial estimate of a north error, in degrees, from the other observations.
 
-    Small steps from a distant start would converge to a wrong solution.
+    Small steps from a distant start would converge to a wrong solution. Returns 0 if the other
+    observations do not determine the rotation.
     """
     remaining_fit = adjust(other_kinds, centre, size)
     if np.abs(remaining_fit.null_space[:3]).sum() > 0:
@@ -300,7 +301,7 @@ def _initial_turn_deg(
 
 
 def _free_north(kind: ObservationKind, turned_deg: float, name: str) -> ObservationKind:
-    """Correct the azimuths of a kind of readings and remove the prior of their north."""
+    """Correct the azimuths of a kind of readings, and widen the prior of their north."""
     turn_rad = np.radians(turned_deg)
     c, s = np.cos(turn_rad), np.sin(turn_rad)
     inverse_rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

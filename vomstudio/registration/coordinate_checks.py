@@ -282,7 +282,7 @@ def degree_findings(world: FloatArray, *, distance_m: float = 0.0) -> list[Findi
     ----------
     world : (n, 3) ndarray
     distance_m : float, optional
-        Minimum extent of the points, metres.
+        Minimum plausible extent of the points, metres.
 
     Returns
     -------
@@ -371,8 +371,8 @@ def other_unit_finding(axes: str, unit: str, factor: float) -> Finding:
 def _is_steep(world: FloatArray) -> bool:
     """Return whether points (n, 3) extend much farther vertically than horizontally.
 
-    Only the heights of such points are tried in other units, because smaller heights always fit
-    flat ground better.
+    The heights of other points are not tried in millimetres and centimetres, because smaller
+    heights always fit flat ground better.
     """
     return float(np.ptp(world[:, 2])) > _MIN_STEEPNESS * float(
         np.linalg.norm(np.ptp(world[:, :2], axis=0))
@@ -443,7 +443,10 @@ def check_area(world: FloatArray, crs: str | None, *, is_converted: bool = False
 
 
 def _area_unit_finding(x: float, y: float, crs: str) -> Finding | None:
-    """Return a finding about the unit in which a position would be in the area of use."""
+    """Return a finding about the unit in which a position would be in the area of use.
+
+    Returns None if the position is already in the area, or in no unit.
+    """
     distance_to_area = area_distance_function(crs)
     if (
         distance_to_area is None
@@ -597,7 +600,10 @@ def _rms(model: FloatArray, world: FloatArray) -> float | None:
 
 
 def _residual_share(model: FloatArray, world: FloatArray) -> float | None:
-    """Return the median residual of a similarity as a share of the extent of the points."""
+    """Return the median residual of a similarity as a share of the extent of the points.
+
+    Returns None if the points do not determine a similarity.
+    """
     local_points = world - world.mean(axis=0)
     try:
         fit, _ = fit_robustly(model, local_points)

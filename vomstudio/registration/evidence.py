@@ -182,6 +182,8 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> ModelPlace
     ------
     UsageError
         If an observation refers to a missing point or camera.
+    InputError
+        If a value is invalid, such as a camera position or a line outside its photo.
     GeometryError
         If the observations do not determine the position of the model.
     """
@@ -317,7 +319,11 @@ def _pairs(evidence: Evidence) -> tuple[Points, Points]:
 
 
 def _click_errors(evidence: Evidence) -> tuple[float, float]:
-    """Return the error of a click in metres if given, otherwise in the unit of the model."""
+    """Return the errors of a click in metres and in the unit of the model.
+
+    The first is the given error. If no error is given, the second follows from the resolution. The
+    other one is 0.
+    """
     if evidence.click_sigma_m is not None:
         return evidence.click_sigma_m, 0.0
     return 0.0, 0.5 * (evidence.resolution or 0.0)
@@ -343,7 +349,7 @@ def _add_control_errors(placement: ModelPlacement, evidence: Evidence) -> ModelP
 def _create_camera_finder(
     evidence: Evidence, known_cameras: Mapping[str, Any], field_: str
 ) -> Callable[[str], str | None]:
-    """Return a function that finds the camera of a photo by its name.
+    """Return a function that finds the camera of a photo by its name, or returns None.
 
     Raises UsageError if no cameras are known.
     """
@@ -356,7 +362,10 @@ def _create_camera_finder(
 
 
 def _view(evidence: Evidence, photo: str, field_: str) -> View | None:
-    """Return the view of a photo by its name, with or without folder and suffix."""
+    """Return the view of a photo by its name, with or without folder and suffix.
+
+    Returns None if the photo has no view. Raises UsageError if no cameras are known.
+    """
     name = _create_camera_finder(evidence, evidence.views, field_)(photo)
     return None if name is None else evidence.views[name]
 
@@ -368,7 +377,10 @@ def _match_photos(
     field_: str,
     findings: list[Finding],
 ) -> tuple[list[int], list[str]]:
-    """Return the rows of photos that match cameras of the model, and the camera names."""
+    """Return the rows of photos that match cameras of the model, and the camera names.
+
+    Raises UsageError if no photo matches.
+    """
     rows, names = [], []
     unknown_photos = []
     find = _create_camera_finder(evidence, known_cameras, field_)

@@ -272,7 +272,7 @@ def _estimate_point_scale(
 
 
 def _unit(ratio: float, error: float) -> str | None:
-    """Return the unit that explains a length that is too long by the given ratio."""
+    """Return the unit that explains a length that is too long by the given ratio, or None."""
     for times, unit in _UNITS:
         if abs(ratio / times - 1.0) < max(_UNIT_TOLERANCE, min(error, 0.1)):
             return unit

@@ -123,7 +123,10 @@ def plumb_line_observations(lines: Sequence[KnownDirection]) -> PlumbLines:
 
 
 def _unit_vectors(lines: Sequence[KnownDirection], option: str) -> FloatArray:
-    """Return the directions (n, 3) from first to second ends. Raises UsageError."""
+    """Return the directions (n, 3) from first to second ends.
+
+    Raises UsageError if both ends of a line coincide.
+    """
     ends = np.array([(line.first, line.second) for line in lines], np.float64)
     segments = ends[:, 1] - ends[:, 0]
     length = np.linalg.norm(segments, axis=1)
@@ -233,8 +236,8 @@ def level_line_findings(
 ) -> list[Finding]:
     """Return findings about lines that are not level in their photos.
 
-    Such lines run up and down their photos, or lie on the model and run away from the camera. Lines
-    along a row or a column of pixels are axes of the photos.
+    Such lines run up and down their photos, or lie on the model and run away from the camera. The
+    latter is not checked for lines along a row or a column of pixels, which are axes of the photos.
 
     Parameters
     ----------

@@ -175,6 +175,7 @@ class NorthInputs:
         UsageError
             If the declination, or the location required for the convergence, is unknown.
         InputError
+            For the reasons given in the function `declination_deg`.
         """
         correction = self.correction(north)
         if correction is None:
@@ -244,6 +245,7 @@ def convert_to_grid_north(
     Raises
     ------
     InputError
+        For the reasons given in the function `declination_deg`.
     """
     angles = table.angles.copy()
     corrections_by_reference: dict[str, list[float]] = {}
@@ -297,7 +299,7 @@ def parse_angle(text: str, field: str = "", minimum: float = -180.0) -> float:
     Raises
     ------
     UsageError
-        If the text is not such an angle.
+        If the text is not an angle in this range.
     """
     try:
         value = float(text.strip().rstrip("°").replace(",", ".").replace("−", "-"))

@@ -103,7 +103,8 @@ def place(
     Raises
     ------
     GeometryError
-        If no observations are given, or only points that are too few or collinear.
+        If no observations are given, or only points that are too few or collinear; or if all points
+        are equal or an error is out of range.
     """
     kinds = [kind for kind in kinds if len(kind.labels)]
     if not kinds and check is not None and len(check.labels):
@@ -203,7 +204,7 @@ def place_robustly(
     extent : (n, 3) ndarray, optional
         Points of the model.
     up : (3,) ndarray, optional
-        Up direction derived from the photos, in the frame of the model.
+        Up direction in the frame of the model.
     is_doubted : bool, optional
         See `place`.
 
@@ -261,7 +262,10 @@ def _matrix(fit: Similarity) -> FloatArray:
 def _shape(
     extent: FloatArray | None, fit: Similarity
 ) -> tuple[float | None, tuple[float, float, float] | None]:
-    """Return the distance from the centre of the model to its edge, and its mean normal."""
+    """Return the distance from the centre of the model to its edge, and its mean normal.
+
+    Both are None if `extent` contains too few points.
+    """
     if extent is None or len(extent) < MIN_BOWING_POINTS:
         return None, None
     _, axes, edge_distance = model_shape(fit(extent))
@@ -417,7 +421,10 @@ def _best_additional_point(
     extent: FloatArray | None,
     known_parameters: DeterminedParameters,
 ) -> AdditionalPoint | None:
-    """Return the best position for one more, equally accurate point at the edge of the model."""
+    """Return the best position for an equally accurate point at the edge of the model.
+
+    Returns None if a parameter is undetermined, or if no point would improve the rotation much.
+    """
     if points is None or not known_parameters.all:
         return None
     extent_points = points.model if extent is None or not len(extent) else extent
@@ -478,7 +485,10 @@ def _bowing(
     fit: Similarity,
     extent: FloatArray | None,
 ) -> Bowing | None:
-    """Estimate the bowing from control and check points, excluding outliers."""
+    """Estimate the bowing from control and check points, excluding outliers.
+
+    Returns None if the points do not determine it.
+    """
     point_sets = [
         points for points in (control, check) if points is not None and len(points.labels)
     ]

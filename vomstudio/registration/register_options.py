@@ -19,7 +19,7 @@ MIN_ERROR = 1e-6
 
 @dataclass(frozen=True)
 class Observations(Options):
-    """Observations by which a model is registered, of a file or of a project.
+    """Observations that register the model of a file or of a project.
 
     Raises
     ------

@@ -155,7 +155,10 @@ class ModelPlacement(PrintableResult):
     mark_scatter_px: float | None = None
 
     def __call__(self, points: npt.ArrayLike) -> FloatArray:
-        """Transform model points (n, 3) or (3,) to the World frame. Raises InputError."""
+        """Transform model points (n, 3) or (3,) to the World frame.
+
+        Raises InputError if they have another shape or invalid coordinates.
+        """
         matrix = self.matrix
         try:
             positions = np.asarray(points, np.float64)

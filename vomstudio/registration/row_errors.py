@@ -334,7 +334,7 @@ def estimate_covariance(
 
 
 def _parts_by_group(rows: Rows, parts: Sequence[IntArray]) -> dict[str, FloatArray]:
-    """Return the parts of each group."""
+    """Return the indices of the parts of each group."""
     groups: dict[str, list[int]] = {}
     for index, part in enumerate(parts):
         groups.setdefault(rows.groups[part[0]], []).append(index)

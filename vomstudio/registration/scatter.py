@@ -62,7 +62,7 @@ class Scatter:
 
     @property
     def rotation(self) -> FloatArray:
-        """Return the covariance (3, 3) of the rotation, in rad²."""
+        """Covariance (3, 3) of the rotation, in rad²."""
         return self.covariance[:3, :3]
 
     @property
@@ -88,7 +88,7 @@ def estimate_scatter(
     Parameters
     ----------
     positions, residuals : (n, 3) array
-        Points and their residuals in the target frame, with n of at least 3.
+        At least three points and their residuals in the target frame.
     stated_errors : float, (3,) or (n, 3, 3) array, optional
         One-sigma errors of the coordinates, or covariances of the points. They are replaced by
         estimates from the residuals if these are significantly larger.

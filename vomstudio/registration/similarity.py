@@ -41,7 +41,7 @@ class Similarity:
 
     @property
     def inverse(self) -> Similarity:
-        """Return the similarity from the target back to the source."""
+        """Similarity from the target back to the source."""
         inverse_rotation = self.rotation.T
         return Similarity(
             1 / self.scale, inverse_rotation, -(inverse_rotation @ self.translation) / self.scale
@@ -126,6 +126,7 @@ def fit_robustly(
     Raises
     ------
     GeometryError
+        If there are fewer than three points, or they are collinear in either frame.
     """
     source_points = np.asarray(source, np.float64).reshape(-1, 3)
     target_points = np.asarray(target, np.float64).reshape(-1, 3)
@@ -271,8 +272,8 @@ def is_nearly_collinear(points: FloatArray) -> bool:
 def rotation_covariance(positions: npt.ArrayLike, sigma: float | FloatArray) -> FloatArray:
     """Return the covariance (3, 3) of the rotation of a fitted similarity, in rad².
 
-    The linear approximation is valid for errors up to about 20 degrees. The covariance is infinite
-    about the line of collinear positions.
+    The linear approximation is valid for errors up to about 20 degrees. About the line of collinear
+    positions, the variance is 1e6.
 
     Parameters
     ----------

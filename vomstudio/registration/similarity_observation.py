@@ -45,7 +45,7 @@ class SimilarityObservation:
 
     @property
     def scale_derivative(self) -> FloatArray:
-        """Return the change (m,) of the residuals per relative error of the fixed scale."""
+        """Change (m,) of the residuals per relative error of the fixed scale."""
         if self.scale_response is None:
             return np.zeros(len(self.whitening))
         return np.asarray(-self.whitening @ self.scale_response)

@@ -208,7 +208,7 @@ def placement_facts(model: Model, resolution: float | None = None) -> list[tuple
 
 
 def _observations(registration: Registration) -> str:
-    """Return the number of observations of each kind used for the registration."""
+    """Return the kinds of observations of a registration, with their numbers, as text."""
     return ", ".join(
         tr(name)
         if group.kind in ("reference", "kept_scale", "photo_upright")

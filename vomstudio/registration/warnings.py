@@ -303,7 +303,7 @@ def blunder_findings(
     centre: FloatArray,
     size: float,
 ) -> list[Finding]:
-    """Return a finding about each blunder.
+    """Return a finding about all blunders, and findings about misread azimuths among them.
 
     Parameters
     ----------
@@ -403,7 +403,7 @@ def bowing_findings(bowing: Bowing | None, *, is_photo_model: bool = False) -> l
     ----------
     bowing : Bowing or None
     is_photo_model : bool, optional
-        Whether the evidence is the verticals of photos, not points.
+        Whether the bowing was estimated from the verticals of photos, not from points.
 
     Returns
     -------
@@ -460,7 +460,7 @@ def lens_findings(bend: LensDeformation | None, bowing: Bowing | None) -> list[F
     ----------
     bend : LensDeformation or None
     bowing : Bowing or None
-        Bowing by the residuals.
+        Bowing estimated from the residuals.
 
     Returns
     -------
@@ -481,7 +481,7 @@ def lens_bend_findings(
     stretch95 : float or None
         Relative 95 % error of lengths.
     bowing : Bowing or None
-        Bowing by the residuals.
+        Bowing estimated from the residuals.
 
     Returns
     -------

@@ -135,9 +135,8 @@ class Background:
             The request replaces an earlier request with the same key. If None, no request is
             replaced.
         expected : tuple of exception types
-            Exceptions that are expected while reading, in addition to `VomError`. All others are
-            reported as uncaught and delivered as a `VomError`. Without `on_error`, every error
-            is reported.
+            Exceptions that are expected in addition to `VomError`. All others are reported as
+            uncaught and delivered as a `VomError`. Without `on_error`, every error is reported.
         """
         self.run_request(lambda _: work(), on_result, on_error, key=key, expected_types=expected)
 

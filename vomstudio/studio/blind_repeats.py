@@ -62,7 +62,10 @@ class BlindRepeats:
         ]
 
     def begin(self, share: float = DEFAULT_SHARE, interpreter: str = "", seed: str = "") -> None:
-        """Start a round with a random share of the picks. Raises UsageError if it is invalid."""
+        """Start a round with a random share of the picks.
+
+        Raises UsageError if the share is not valid.
+        """
         self.selected_ids = select_repeats(self.available(), share, seed)
         self.interpreter = interpreter
         self._skipped_ids.clear()
@@ -100,7 +103,7 @@ class BlindRepeats:
 
     @property
     def current(self) -> str | None:
-        """Id of the feature that is to be repeated next, or None if no round is active."""
+        """Id of the feature to be repeated next, or None if none remains or no round is active."""
         return next(iter(self.waiting_ids), None) if self.selected_ids else None
 
     def skip(self) -> None:
@@ -110,7 +113,7 @@ class BlindRepeats:
             self._offer_next_repeat()
 
     def _offer_next_repeat(self) -> None:
-        """Activate the tool of the next feature, with its type and set."""
+        """Activate the tool of the next feature with its type and set, or else end the round."""
         original = get(self._projects.records, self.current, RepeatableFeature)
         self._offered_id = None if original is None else original.id
         if original is None:
@@ -130,7 +133,10 @@ class BlindRepeats:
 
     # --- repeated picks -----------------------------------------------------------------------
     def follow_edit(self, edit: Edit) -> None:
-        """Link a new feature of the requested kind to the original."""
+        """Link a new feature of the requested kind to the original.
+
+        If an edit undid a repeat or deleted its original, the next feature is offered again.
+        """
         if not self.selected_ids:
             return
         original = get(self._projects.records, self._offered_id, RepeatableFeature)

@@ -61,13 +61,13 @@ class DerivedQuantities:
         return self._nearest_picks.get(reading_id)
 
     def subject(self, feature: Feature, measured: Measurement) -> Subject:
-        """Return a feature of the project with all inputs of its figures."""
+        """Return a feature with all inputs from which its figures are computed."""
         nearest_pick = partial(self.nearest_pick, feature.id)
         return Subject(feature, measured, self._projects.records, nearest_pick)
 
     # --- the models' frames ------------------------------------------------------------------
     def is_north_known(self) -> bool:
-        """Return whether the direction of north is known for every model of the project."""
+        """Return whether north is known for every model; False if the project has no models."""
         models = self._projects.of(Model)
         return bool(models) and all(m.frame.has_north for m in models)
 
@@ -89,12 +89,12 @@ class DerivedQuantities:
         return all(m.frame.has_metres for m in self._projects.of(Model))
 
     def crs_codes(self) -> list[str]:
-        """Return the distinct CRS of the models, that of the newest model first."""
+        """Return the distinct CRS of the models, from the newest model to the oldest."""
         crs = (model.frame.crs for model in reversed(self._projects.of(Model)))
         return list(dict.fromkeys(code for code in crs if code is not None))
 
     def frame_name(self) -> str:
-        """Return the distinct names of the models' frames."""
+        """Return the distinct names of the models' frames as one text, separated by slashes."""
         names = list(dict.fromkeys(m.frame.name() for m in self._projects.of(Model)))
         return " / ".join(names)
 

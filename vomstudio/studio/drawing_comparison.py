@@ -37,8 +37,9 @@ class LineComparison:
 def compare_drawing(drawing: DrawnLines, records: Mapping[str, Record]) -> list[LineComparison]:
     """Compare the lines of a drawing with the features of a project.
 
-    A line is matched by its id, or else by its position. If several lines have the same id, they
-    are copies, and the one that has not moved is matched with the feature.
+    A line that coincides with a feature is unchanged; any other line with the id of a feature is
+    edited. If several lines have the same id, they are copies: only one of them, preferably the one
+    that has not moved, is matched with the feature, and the others are new.
     """
     import shapely
 
@@ -88,6 +89,8 @@ def merge_vertices(
     stored_vertices: FloatArray,
 ) -> FloatArray:
     """Return the vertices of an edited line; unmoved vertices keep their coordinates.
+
+    A moved vertex that misses the surface is omitted.
 
     Parameters
     ----------

@@ -152,7 +152,7 @@ def update_traces(
 
 
 def find_layer_type(layer: str, types: Iterable[FeatureType]) -> FeatureType | None:
-    """Return the feature type whose name or id matches a layer name, ignoring case."""
+    """Return the feature type whose name or id equals a layer name, ignoring case, or None."""
     key = layer.strip().casefold()
     for feature_type in types:
         if key and key in (feature_type.id.casefold(), feature_type.name.casefold()):

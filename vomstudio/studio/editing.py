@@ -22,7 +22,10 @@ class Editing:
         return self._do(lambda: self._projects.session.apply(edit))
 
     def attempt(self, make: Callable[..., Edit], *args: Any, **values: Any) -> bool:
-        """Create an edit with a function of `project.edits`, and apply it."""
+        """Create an edit with a function of `project.edits`, and apply it.
+
+        Return False, after showing the reason, if it is rejected.
+        """
         return self._do(
             lambda: self._projects.session.apply(make(self._projects.records, *args, **values))
         )

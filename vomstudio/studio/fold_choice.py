@@ -84,7 +84,7 @@ class FoldChoice:
         return id(records), id(measurements), records.revision, self.fold_filter, selected_ids
 
     def has_planes(self, count: int) -> bool:
-        """Return whether at least `count` planes are available, usually without selecting all."""
+        """Return whether at least `count` planes are available, usually by testing only some."""
         is_known = self._planes is not None and self._inputs[2:] == self._key()
         if not is_known and not self.is_selected:
             from vomstudio.project.fold_planes import fold_planes

@@ -83,7 +83,7 @@ NamedRecord = TypeVar("NamedRecord", Model, FeatureType)
 
 @dataclass(frozen=True, eq=False)
 class Picks:
-    """Points that were picked along one line on a model.
+    """Points that were picked for one feature on a model.
 
     Parameters
     ----------
@@ -233,7 +233,7 @@ class HeadlessProject:
         self.is_recovered, self._initial_top = False, self.session.top
 
     def close(self) -> None:
-        """Close the project; `undo` can restore its unsaved changes.
+        """Close the project and discard its unsaved changes, which `undo` can restore.
 
         Changes that were unsaved when the program crashed remain unsaved if nothing else was
         changed.
@@ -259,6 +259,7 @@ class HeadlessProject:
         Raises
         ------
         UsageError
+            If no model or more than one model matches.
         """
         models = self.session.of(Model)
         matches = _find_matches(models, name) if name is not None else models
@@ -333,8 +334,8 @@ class HeadlessProject:
 
         A registration beside the file (`NAME.registration.json`, or `reconstruction.json` for a
         reconstruction) defines the placement of the model, and its errors are propagated to all
-        measurements on the model. With
-        `options.to_crs` a converted copy is written into the project and added.
+        measurements on the model. With `options.to_crs`, a converted copy is written into the
+        project and added. If the project already contains the file, its model is returned.
 
         Raises
         ------
@@ -448,7 +449,7 @@ class HeadlessProject:
         slip: SlipSense = "",
         **labels: str,
     ) -> Feature:
-        """Add a lineation, or a contact line if the features of the type are planes, in one edit.
+        """Add a lineation, or a contact line if the type consists of planes, in one edit.
 
         Parameters
         ----------
@@ -465,6 +466,8 @@ class HeadlessProject:
 
         Raises
         ------
+        InputError
+            If the plane is not in the project.
         UsageError
             If `plane` or `slip` is given for a contact line.
         GeometryError
@@ -728,7 +731,7 @@ class HeadlessProject:
         int
             Number of updated features.
         tuple of Finding
-            Reasons why features on other models keep their earlier values.
+            Reasons why models could not be read; their features keep the earlier values.
 
         Raises
         ------
@@ -795,7 +798,7 @@ class HeadlessProject:
     def _surface_for_planes(
         self, model: Model
     ) -> tuple[SelectableSurface | None, tuple[Finding, ...]]:
-        """Return the surface of a model, with findings about new planes if it is unavailable."""
+        """Return the surface of a model, or None with findings about the effect on new planes."""
         data = self._read_model_data(model)
         return data.surface, data.reasons and (*data.reasons, Finding("surroundings.unknown"))
 

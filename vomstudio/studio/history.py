@@ -19,10 +19,10 @@ MAX_DISCARDED = 100
 class History:
     """Undo and redo of all actions in chronological order.
 
-    A discarded feature is stored with the edit before which it was discarded, and is restored
-    when undo reaches that edit. Steps of a feature that were all undone are redone in the same
-    way. While a feature has steps, only they are undone and redone, because edits of the
-    document could otherwise be redone that undo cannot reach.
+    A discarded feature is stored with the edit that preceded it, and is restored when undo
+    reaches that edit. The same applies to redoing a feature whose steps were all undone. While a
+    feature has steps, only these can be undone and redone, because undo could not reach an edit
+    that was redone in the meantime.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class History:
         return self._projects.session.top
 
     def _restorable_work(self) -> DiscardedFeature | None:
-        """Return the feature discarded last if no edit followed and no feature is unfinished."""
+        """Return the feature discarded last, or None if an edit followed or a feature is open."""
         if self._tools.open_tool is not None or not self._discarded_works:
             return None
         top, discarded_work = self._discarded_works[-1]
@@ -127,7 +127,7 @@ class History:
 
     # --- redo ---------------------------------------------------------------------------------
     def _steppable_tool(self) -> Tool | None:
-        """Return the tool that can redo a step: the open tool, or one with all steps undone."""
+        """Return the tool (open, or with all steps undone) that can redo a step, or None."""
         tool = self._tools.open_tool
         if tool is None and self._emptied_tool is not None and self._emptied_tool[0] == self._top:
             tool = self._emptied_tool[1]
@@ -164,6 +164,6 @@ class History:
 
 
 def step_title(label: str) -> str:
-    """Return the label of a step as shown for undo and redo, without the word "Add"."""
+    """Return the label of a step for undo and redo, capitalised and without the word "Add"."""
     title = label.removeprefix("Add ")
     return title[:1].upper() + title[1:]

@@ -24,7 +24,10 @@ FINISH_TIMEOUT_S = 10.0
 
 
 def update_layers(folder: Path, has_features: bool) -> list[Finding]:
-    """Update the layers of a project now, and return findings about failures."""
+    """Write the layers of a project now, or delete them if it has no features.
+
+    Returns findings about failures.
+    """
     if not has_features:
         remove_layers(folder)
         return []
@@ -59,16 +62,16 @@ class GisLayers:
             self._timer.start()
 
     def write_pending(self) -> None:
-        """Start to write the layers with the latest edits, including discarded ones."""
+        """Start to write the layers now if an update is scheduled."""
         if self._timer.is_active:
             self.write()
 
     def finish(self) -> None:
-        """Wait until the layers are written."""
+        """Wait until the layers are written, for at most `FINISH_TIMEOUT_S`."""
         self._jobs.finish(Lane.FILES, FINISH_TIMEOUT_S)
 
     def write(self) -> None:
-        """Start a job that writes the layers now."""
+        """Start a job that writes the layers, or delete them if the project has no features."""
         self._timer.stop()
         if self._projects.project.is_untitled or not self._projects.is_written:
             return

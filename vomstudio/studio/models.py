@@ -383,7 +383,7 @@ def placed_model(record: Model, path: Path, cache: Path) -> PlacedModel:
 
 
 def find_file_registration(records: Mapping[str, Record], stored_text: str) -> Registration | None:
-    """Return the registration of the reconstruction that contains a model."""
+    """Return the registration of the reconstruction that contains a model, or None."""
     parts = Path(stored_text).parts
     if len(parts) != 3 or parts[0] != RECONSTRUCTIONS:
         return None
@@ -394,7 +394,7 @@ def find_file_registration(records: Mapping[str, Record], stored_text: str) -> R
 
 
 def get_name(path: Path) -> str:
-    """Return the file name of a model, or its folder name if it is a reconstruction."""
+    """Return the name of a model from its file, or from its folder in a reconstruction."""
     folder = path.parent.name
     if not path.with_name(cameras_file.FILE_NAME).is_file() or path.stem == folder:
         return path.stem

@@ -133,7 +133,7 @@ class PhotoLinks:
 
     # --- reading -----------------------------------------------------------------------------
     def cameras_path(self, model_id: str) -> Path | None:
-        """Return the camera file selected for a model, or the one beside the model's file."""
+        """Return the camera file selected for a model, or the one beside its file, or None."""
         record = self._projects.records.get(model_id)
         if not isinstance(record, Model):
             return None
@@ -145,7 +145,10 @@ class PhotoLinks:
         return None if file is None else find_camera_file(file)
 
     def _selected_path(self, model_id: str, subject: str) -> Path | None:
-        """Resolve a stored path; paths within the project are relative, as it can be moved."""
+        """Return the selected path of a model's cameras or photos, or None.
+
+        Paths in the project are stored relative to it because the project can be moved.
+        """
         choices = self._projects.view(VIEW_KEY, {}).get(model_id)
         choice = choices.get(subject) if isinstance(choices, dict) else None
         if not isinstance(choice, str) or not choice or "\0" in choice:

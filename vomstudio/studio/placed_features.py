@@ -52,7 +52,7 @@ def create_feature(
     Raises
     ------
     GeometryError
-        If the points do not define such a feature.
+        If the points do not define a feature of this shape.
     """
     if shape == "trace":
         return create_trace("", points, model, kind.id, "", surface)
@@ -128,8 +128,9 @@ def create_patch(
 def elements_inside(surface: SelectableSurface, ring: FloatArray) -> IntArray:
     """Return the ids of the connected faces or points inside an outline.
 
-    The outline is seen along its normal. Faces belong to it by their centroids. Rock behind the
-    face is left out, because it is not connected inside the ball around the outline.
+    The outline is projected along its normal. A face is inside if its centroid is inside. Rock
+    behind the outcrop face is left out because it is not connected to the face within the ball
+    around the outline.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from vomstudio.studio.owner_thread import FIRST_PICTURE_DELAY_S, Post, TimerFact
 
 
 class Preferences:
-    """User settings. Changes emit `changed`, or `recent_changed` for recent files."""
+    """User settings; `keep` emits `changed`, and `remember` emits `recent_changed`."""
 
     def __init__(
         self, settings: Settings, notices: Notices, post: Post, later: TimerFactory

@@ -33,7 +33,7 @@ class ModelChoice(Options):
 
 @dataclass(frozen=True, kw_only=True)
 class PlacementOptions(Observations, ModelChoice):
-    """Options that register a model of a project."""
+    """Options for the registration of a model of a project."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,7 +103,7 @@ class FeatureValues(Options):
 
 @dataclass(frozen=True)
 class CompactOptions(Options):
-    """Options that compact the journal of a project."""
+    """Options for compacting the journal of a project."""
 
     dry_run: bool = option(False, help=to_translate("report removable data without deleting them"))
 

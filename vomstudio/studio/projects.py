@@ -70,7 +70,7 @@ class Projects:
 
     @property
     def project(self) -> ProjectFolder:
-        """The open project."""
+        """Open project. Raises RuntimeError before the first project is opened."""
         if self._project is None:
             raise RuntimeError("no project is open yet")
         return self._project
@@ -235,7 +235,10 @@ class Projects:
             self._notices.warn(finding)
 
     def discard(self) -> None:
-        """Undo all unsaved changes, which stay in the history. Raises VomError."""
+        """Undo all unsaved changes, which stay in the history. Raises VomError.
+
+        Does nothing while the project cannot be written.
+        """
         # If this cannot be written, the changes remain unsaved and are restored at the next
         # start.
         if self.session.dirty and self.is_written:

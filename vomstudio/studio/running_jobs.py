@@ -28,8 +28,10 @@ class RunningJob:
     ----------
     title, stage : str
         Translated title of the job and of its present stage.
-    total, done : int
-        Total number of steps in the stage, and number of completed steps.
+    total : int or None
+        Total number of steps in the stage, or None if unknown.
+    done : int
+        Number of completed steps.
     is_resumable : bool
         Whether stopping the job keeps the partial result, so that the job can be resumed.
     outcome : {"", "done", "stopped", "failed"}
@@ -190,7 +192,10 @@ class Jobs:
         self.changed.emit()
 
     def finish(self, lane: Lane, timeout_s: float) -> None:
-        """Wait for the running job of a lane; its callbacks are called later by the event loop."""
+        """Wait for the running job of a lane, for at most `timeout_s`.
+
+        The event loop calls its callbacks later.
+        """
         self.workers[lane].finish(timeout_s)
 
     def release(self, lane: Lane) -> None:

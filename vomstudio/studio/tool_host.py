@@ -1,4 +1,4 @@
-"""Host of the tools, of which at most one is active."""
+"""Host of the tools; at most one tool is active at a time."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ from vomstudio.studio.model_loading import OpenModel
 
 @dataclass(frozen=True)
 class AxialDirection:
-    """Viewing direction as an axial line, which stands for two opposite views.
+    """Viewing direction as an axial line, which defines two opposite views.
 
     `error95_deg` is the larger half-angle of its joint 95 % region, or None if unknown.
     """

@@ -41,7 +41,9 @@ class WorldModel:
     is_metric : bool
         Whether the length unit of the model is known.
     warnings : tuple of Finding
-        Warnings of the reader of its file.
+        Warnings about the file and its frame.
+    loaded : LoadedModel
+        Model as read from the file.
     to_world : (4, 4) float64
         Matrix from the file frame to the World frame.
     project_model : Model, optional
@@ -81,14 +83,14 @@ class WorldModel:
 
     @property
     def registration_in_world(self) -> Registration | None:
-        """Registration for a file that stores the coordinates of `data`."""
+        """Registration for a file that stores the coordinates of `data`, or None."""
         if self.registration is None:
             return None
         return change_file_frame(self.registration, self.to_world)
 
     @property
     def axes(self) -> Axes:
-        """Meaning of the World axes, for files and labels."""
+        """Properties of the World axes for files and labels: metric unit and known north."""
         return Axes(self.has_metric_unit, self.is_placed)
 
 

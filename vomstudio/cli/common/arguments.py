@@ -24,7 +24,7 @@ Run = Callable[[argparse.Namespace, "Output"], None]
 
 
 class HelpRequested(Exception):
-    """Raised by --help and --version; contains the text to show."""
+    """Exception that contains the text to show for ``--help`` or ``--version``."""
 
 
 _ERROR_CODES: dict[Any, str] = {float: "number.invalid", int: "number.not-whole"}
@@ -81,10 +81,10 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: Any = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse the words, rejecting unknown words in the parser of their command.
+        """Parse the words, and raise UsageError if one of them is unknown.
 
-        That parser knows its options and help. Misspelt options are reported first because they may
-        be the missing ones.
+        The parser of each command checks its own words, so that the error can suggest its options.
+        Unknown options are reported before missing ones, because they may be the same, misspelt.
         """
         arguments = list(args or ())
         if unknown_option := next(self._unknown_options(arguments), None):
@@ -95,7 +95,7 @@ class Parser(argparse.ArgumentParser):
         return parsed_namespace, remaining_words
 
     def _unknown_options(self, arguments: Sequence[str]) -> Iterator[str]:
-        """Yield options that this parser does not have, up to the first word of a subparser."""
+        """Yield unknown options among the words before a subcommand; none if help is requested."""
         options = self._option_string_actions
         subcommands = self._subcommand_names()
         if not {"-h", "--help"}.isdisjoint(arguments):
@@ -169,7 +169,7 @@ def _action_name(action: argparse.Action) -> str | None:
 
 
 def _parse_alternatives(message: str) -> str | None:
-    """Parse argparse's message about required alternatives; None for other messages."""
+    """Return the required alternatives from a message of argparse; None for other messages."""
     match = re.search(r"^one of the arguments (.+) is", message)
     return None if match is None else match[1]
 

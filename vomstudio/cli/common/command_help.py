@@ -111,7 +111,7 @@ def command_examples(program: str) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        Empty for the program itself.
+        Empty for the program itself and for other parsers without examples.
     """
     return EXAMPLES.get(program.removeprefix("vomstudio").replace(" PROJECT", "").strip(), ())
 
@@ -122,11 +122,12 @@ def examples_text(program: str) -> str:
     Parameters
     ----------
     program : str
-        Name of its parser.
+        Name of the parser of a command.
 
     Returns
     -------
     str
+        Empty if the command has no examples.
     """
     examples = command_examples(program)
     if not examples:

@@ -52,7 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _expand_home(word: str) -> str:
-    """Expand `~/` in the same way as a shell, for words from a script or after a `=`."""
+    """Expand a leading `~` of a word or option value, unless a file of that name exists."""
     option, equals, value = word.partition("=") if word.startswith("--") else ("", "", word)
     if value != "~" and not value.startswith("~/"):
         return word
@@ -151,9 +151,9 @@ def _write_stderr(text: str) -> None:
 
 
 def build_parser(arguments: Sequence[str]) -> Parser:
-    """Return the parser of the command named by the first word, or of all commands.
+    """Return a parser with the command named by the first word, or with all commands.
 
-    Each command imports its own dependencies.
+    Only the modules of these commands are imported; none if the first word is a global option.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Completion of errors from computations with the file or option."""
+"""Addition of the input file and the option to errors from computations."""
 
 from __future__ import annotations
 

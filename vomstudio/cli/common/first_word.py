@@ -48,14 +48,21 @@ COMMANDS = (
 
 
 def opens_window(arguments: Sequence[str]) -> bool:
-    """Return whether to open the window: if there are no words, or only existing paths."""
+    """Return whether to open the window: if there are no words, or only existing paths.
+
+    A first word that equals the name of a command never opens the window.
+    """
     if arguments and arguments[0] in COMMANDS:
         return False
     return all(not word.startswith("-") and _path_exists(word) for word in arguments)
 
 
 def check_first_word(arguments: Sequence[str]) -> None:
-    """Raise UsageError, with the nearest match, if a word is neither a command nor a file."""
+    """Raise UsageError if the first word is neither a command nor an option.
+
+    The words must not open the window (`opens_window`). The error contains the most similar command
+    or file.
+    """
     if not arguments or arguments[0] in COMMANDS or arguments[0].startswith("-"):
         return
     unknown_word = next((word for word in arguments if not _is_option_or_path(word)), None)

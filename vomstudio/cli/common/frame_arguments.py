@@ -30,7 +30,7 @@ def add_project(parser: Parser) -> None:
 
 
 def unknown_unit(model: WorldModel) -> list[Finding]:
-    """Return the finding ``frame.no-unit`` if the unit is unknown and none was assumed."""
+    """Return a list with ``frame.no-unit`` if the unit is neither known nor assumed."""
     codes = {item.code for item in model.warnings}
     return [] if model.is_metric or "frame.assumed" in codes else [Finding("frame.no-unit")]
 

@@ -40,7 +40,15 @@ def add_global_options(parser: Parser) -> None:
 
 
 def run_global_option(args: argparse.Namespace, output: Output) -> None:
-    """Run an option that does not need a command, such as ``--version``."""
+    """Run an option that does not need a command, such as ``--version``.
+
+    Raises
+    ------
+    HelpRequested
+        For ``--version`` without ``--json``; contains the version.
+    UsageError
+        If there is neither a command nor such an option.
+    """
     if args.version:
         if not args.json:
             raise HelpRequested(f"VOM Studio {__version__}")

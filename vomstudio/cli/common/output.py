@@ -104,7 +104,7 @@ def to_json(value: object) -> str:
 
 
 def _to_plain_value(value: object) -> object:
-    """Convert NumPy numbers and arrays, paths and tuples for JSON."""
+    """Convert NumPy values, paths, findings and collections for JSON. Raises TypeError."""
     if isinstance(value, Mapping):
         return {str(key): _to_plain_value(item) for key, item in value.items()}
     if isinstance(value, Finding):
@@ -138,7 +138,7 @@ class Channel:
         self._stream = stream
 
     def write(self, text: str) -> None:
-        """Write all text. Raises `BrokenPipeError` if the reader has closed, or `TargetError`."""
+        """Write all text. Raises `BrokenPipeError` if the pipe is closed, or `TargetError`."""
         try:
             if self._descriptor is not None:
                 data = memoryview(text.encode("utf-8", "replace"))

@@ -69,7 +69,7 @@ class StepClock:
         self.done = done_count
 
     def remaining_s(self, now_s: float) -> float | None:
-        """Estimate the remaining time; None if the total or the step duration is unknown."""
+        """Estimate the remaining time; None if it is too early or all steps are completed."""
         if (
             self.total is None
             or self._first_step is None

@@ -190,7 +190,7 @@ class ProgressDisplay:
 
 
 def choose_painter(stream: TextIO) -> Painter:
-    """Return a painter that updates a line in place if the terminal supports this."""
+    """Return a painter that updates one line on suitable terminals, or else `PlainLines`."""
     if not stream.isatty() or (
         os.name == "posix" and os.environ.get("TERM", "") in ("", "dumb", "unknown")
     ):

@@ -9,7 +9,7 @@ from vomstudio.core.findings import Finding
 
 
 def select_colors(colors: Mapping[str, str], names: Collection[str]) -> dict[str, str]:
-    """Return the colours of the sets that occur in a figure, keyed by name.
+    """Return the colours selected by the user, keyed by the set names of a figure.
 
     The planes and the lines of a set have the same colour.
 

@@ -1,4 +1,4 @@
-"""Signals that end a command like Ctrl+C, with a message and without partial results."""
+"""Signals that end a command in the same way as Ctrl+C, without partial results."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ _SIGNAL_NAMES = ("SIGTERM", "SIGHUP")
 def interrupt_on_stop_signals() -> Iterator[None]:
     """Raise KeyboardInterrupt on SIGTERM and SIGHUP in the block.
 
-    Signals that the parent process ignores (nohup) are still ignored.
+    Signals with another handler, and those that the parent process ignores (nohup), are unaffected.
+    Outside the main thread, nothing changes.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

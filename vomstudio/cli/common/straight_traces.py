@@ -1,4 +1,4 @@
-"""Straight traces in `fit` and `trace`: band of planes, and its combination with sets."""
+"""Straight traces in `fit` and `trace`: possible planes, and combination with sets."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def read_sets(args: argparse.Namespace) -> list[SetPrior]:
 def figures_by_trace(
     bands: Mapping[Any, PlaneBand], priors: Sequence[SetPrior]
 ) -> dict[Any, BandFigures]:
-    """Return the figures of the bands by trace name."""
+    """Describe the possible planes of each straight trace, keyed by the name of the trace."""
     from vomstudio.geology.band_figures import describe_band
 
     return {name: describe_band(band, priors) for name, band in bands.items()}
@@ -67,7 +67,7 @@ def crossings(
 
 
 def trace_pair(text: str, ids: Sequence[Any], option: str) -> tuple[str, str]:
-    """Return the names of two traces, such as "B01,B03". Raises UsageError."""
+    """Parse the names of two traces, such as "B01,B03". Raises UsageError."""
     names = [name.strip() for name in text.split(",")]
     if len(names) != 2 or any(name not in ids for name in names):
         finding = Finding("trace.not-a-pair", value=text, first=ids[0], second=ids[-1])

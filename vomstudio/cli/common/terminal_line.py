@@ -119,7 +119,7 @@ def _figure_texts(snapshot: Snapshot) -> list[str]:
 
 
 def format_rounded_duration(seconds: float) -> str:
-    """Format an estimated duration, rounded to 5 seconds or, if longer, to minutes."""
+    """Format an estimated duration, rounded up to 5 s below one minute, else to minutes."""
     if seconds < 57.5:
         return tr("{count} s", count=max(5, 5 * math.ceil(seconds / 5)))
     minutes = max(1, round(seconds / 60))

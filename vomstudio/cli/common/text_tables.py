@@ -11,7 +11,7 @@ from vomstudio.project.tables.number_format import number as number
 
 
 def table(headings: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return aligned columns with headings and units; numbers are right-aligned, words left."""
+    """Align columns with headings and units: numbers to the right, words to the left."""
     lines = [list(headings), list(units), *map(list, rows)]
     widths = [max(len(line[i]) for line in lines) for i in range(len(headings))]
     is_right_aligned = [
@@ -35,7 +35,7 @@ def label_lines(rows: Sequence[tuple[str, str]], width: int = 0, indent: str = "
 
 
 def inclination(value: Any, decimals: int = 1) -> str:
-    """Return an inclination with two digits before the decimal point and a sign if negative."""
+    """Return an inclination with two integer digits and a sign if negative; "-" if None."""
     if value is None:
         return "-"
     sign = "-" if round(value, decimals) < 0 else ""

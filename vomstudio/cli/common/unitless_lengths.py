@@ -20,6 +20,7 @@ def add_unitless_names(result: Mapping[str, Any], *, is_metric: bool) -> dict[st
     """Return a result in which lengths that are not in metres also have unitless names.
 
     `NAME` is added for each `NAME_m` and `NAME_m2`, or `NAME_units` if `NAME` has another meaning.
+    Rows of the orientation table stay unchanged.
     """
     return dict(result) if is_metric else _add_plain_names(result)
 

@@ -28,7 +28,9 @@ def folder() -> Path:
 
 
 def begin(role: str) -> None:
-    """Write a trace if this process crashes before `end` is called.
+    """Enable a trace of native crashes of this process until `end` is called.
+
+    No error is raised if the file cannot be created.
 
     Parameters
     ----------
@@ -89,7 +91,7 @@ def _is_running(pid: int) -> bool:
 
 
 def texts() -> list[tuple[str, str]]:
-    """Return the role and the trace of each stored crash, the oldest first."""
+    """Return the role and the trace of each of the last crashes, the oldest first."""
     crashes = []
     for file in _files("*"):
         with contextlib.suppress(OSError):

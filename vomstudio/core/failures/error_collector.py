@@ -109,6 +109,11 @@ class ErrorCollector:
             Key of the error.
         details : callable
             Function that returns the text for the log.
+
+        Returns
+        -------
+        bool
+            Whether the error was forwarded, as for `report`.
         """
         if getattr(self._thread_state, "busy", False):
             # The listener itself has raised an error; avoid endless recursion.
@@ -143,7 +148,7 @@ ERRORS = ErrorCollector()
 
 
 def error_location(error: BaseException) -> str:
-    """Return the type of an error and where it was raised, preferably in the program."""
+    """Return the type of an error and its location, preferably in the program's own code."""
     frames = traceback.extract_tb(error.__traceback__)
     name = type(error).__name__
     if not frames:

@@ -43,7 +43,7 @@ def install(role: str) -> None:
 
 
 def uninstall() -> None:
-    """Restore Python's hooks when the process or a test ends normally."""
+    """Restore the previous hooks, reset the collector, and close the log and crash trace."""
     global _previous_hooks
     if _previous_hooks is None:
         return
@@ -56,7 +56,7 @@ def uninstall() -> None:
 
 
 def report_as_uncaught(error: BaseException) -> None:
-    """Report an exception that a thread survives as if it had ended the thread."""
+    """Report an exception as uncaught, although the current thread continues."""
     threading.excepthook(
         threading.ExceptHookArgs(
             (type(error), error, error.__traceback__, threading.current_thread())
@@ -98,7 +98,7 @@ def _handle_unraisable(args: UnraisableHookArgs) -> None:
 
 
 def _print(error: BaseException) -> None:
-    """Print an error for users of a terminal; a window may have no stderr."""
+    """Print the traceback of an error to stderr, if the process has one."""
     if sys.stderr is not None:
         with contextlib.suppress(Exception):
             traceback.print_exception(error)

@@ -1,8 +1,8 @@
-"""Mechanism that ends a child process together with its parent, however the parent ends.
+"""Mechanism that ends a child process as soon as its parent ends for any reason.
 
 A listening thread cannot react while native code holds the GIL for minutes, so the operating
 system ends the child: a pipe that only the parent has open raises SIGIO in the child when it
-closes. Windows has no such pipes; there, the child ends when its stdin is closed.
+closes. On Windows, the child ends when its stdin is closed.
 """
 
 from __future__ import annotations

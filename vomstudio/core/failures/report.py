@@ -72,12 +72,15 @@ def compose(extra_sections: Iterable[Section] = (), private_words: Iterable[str]
 
 
 def file_name() -> str:
-    """Return a file name for a report that contains the time."""
+    """Return a file name with the current time for a report."""
     return f"vomstudio-report-{time.strftime('%Y%m%d-%H%M%S')}.txt"
 
 
 def versions() -> list[str]:
-    """Return the versions of the program, Python, system and libraries without imports."""
+    """Return the versions of the program, Python, the system and the installed libraries.
+
+    The libraries are not imported.
+    """
     lines = [
         f"VOM Studio {__version__}",
         f"Python {platform.python_version()} ({platform.python_implementation()})",

@@ -85,9 +85,10 @@ def open_arrays(path: str | Path) -> Iterator[Arrays]:
 
 
 def _members(archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:
-    """Return the members that are arrays, by name.
+    """Return the members of an archive by name, without the suffix ``.npy``.
 
-    Raises ValueError if the sizes of the members are not plausible for a file of `size` bytes.
+    Raises ValueError if a member has an unsupported form, or if the sizes of the members are not
+    plausible for a file of `size` bytes.
     """
     infos = archive.infolist()
     if len(infos) > _MAX_MEMBERS:

@@ -59,7 +59,8 @@ def check_target(
     Raises
     ------
     TargetError
-        If the folder is missing or not writable, or an existing file may not be replaced.
+        If the folder is missing, a link leads out of a project, or an existing file may not be
+        replaced or is write-protected.
     """
     target_path = Path(path)
     check_in_project(target_path)
@@ -280,7 +281,7 @@ def _rename_all(temporary_paths: list[Path], targets: list[Path], key: str) -> N
 
 
 def _link_or_rename(target: Path, backup_path: Path) -> Path:
-    """Link a file to a second name, or rename it if the file system has no hard links."""
+    """Link a file to a second path, or rename it if links are impossible; return the path."""
     try:
         os.link(target, backup_path)
     except OSError:

@@ -45,7 +45,7 @@ def free_bytes() -> int | None:
 def group_bytes(
     groups: Path = _CGROUP_ROOT, membership_file: Path = Path("/proc/self/cgroup")
 ) -> int | None:
-    """Return the memory left in the control groups of this process, or None if unlimited.
+    """Return the memory left in the control groups of this process; None if not limited.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def _used_bytes(folder: Path, name: str, files: tuple[str, str]) -> int | None:
 
 
 def _number(path: Path) -> int | None:
-    """Return the number in a file, or None if the content is not a number, such as "max"."""
+    """Return the number in a file; None if it cannot be read or is not a number ("max")."""
     try:
         return int(read_whole_file(path))
     except (InputError, OSError, ValueError):
@@ -122,7 +122,7 @@ def _number(path: Path) -> int | None:
 
 
 def _proc_bytes(file: Path, name: str) -> int | None:
-    """Return the number of bytes stated in a line of a file in /proc."""
+    """Return the bytes in the line of a /proc file that starts with `name`, or None."""
     try:
         for line in read_whole_file(file).decode("ascii").splitlines():
             if line.startswith(name):

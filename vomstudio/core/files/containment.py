@@ -1,4 +1,4 @@
-"""Checks that the program writes only inside a folder from an unknown source.
+"""Checks that, in a folder from an unknown source, the program writes only inside it.
 
 A project, model folder or photo folder may contain links. Files that the program names itself must
 stay inside the folder: the program never writes through a link, whether the link is the file or a
@@ -49,7 +49,10 @@ def require_inside(path: str | Path, root: str | Path) -> Path:
 
 
 def check_generated_path(path: str | Path) -> Path:
-    """Check the path of a generated file in a folder given by the user (`require_inside`)."""
+    """Return the path of a generated file, or raise TargetError as `require_inside` does.
+
+    The file must stay inside the project in its path, or else inside its own folder.
+    """
     shown_path = Path(path)
     root = enclosing_project(shown_path)
     if root is None:
@@ -87,7 +90,7 @@ def make_folder(path: str | Path, root: str | Path | None = None) -> Path:
     Raises
     ------
     TargetError
-        As for `require_inside`.
+        As for `require_inside`, or if the folder of the project does not exist.
     OSError
         If the folder cannot be created.
     """

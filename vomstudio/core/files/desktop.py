@@ -35,7 +35,7 @@ _MIME_TYPES_XML = f"""<?xml version="1.0" encoding="UTF-8"?>
 
 
 def install() -> list[Path]:
-    """Write the menu entry, icon and file type for the current user, replacing previous ones.
+    """Write the menu entry, icon and file type for the user, replacing previous ones.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def install() -> list[Path]:
     Raises
     ------
     TargetError
-        If the system does not have such a menu, or a file cannot be written.
+        If the system is not Linux, or a file cannot be written.
     """
     if not sys.platform.startswith("linux"):
         raise TargetError(Finding("desktop.not-linux"))

@@ -51,7 +51,7 @@ def is_forbidden(folder: Path, error: BaseException) -> bool:
 
 
 def _error_number(folder: Path, error: BaseException) -> int | None:
-    """Return the errno of a failure; if unknown, determine it by writing a test file."""
+    """Return the errno of a failure, or else that of writing a test file; None if unknown."""
     errno_ = getattr(error, "errno", None)
     if errno_ is None:
         # The program raised this error because of a system error.
@@ -103,7 +103,7 @@ def failure_reason(folder: Path, error: BaseException) -> str:
 
 
 def damage_reason(error: BaseException) -> str:
-    """Return what is wrong with the content of a file, to be shown in brackets in a sentence.
+    """Describe the damage of a file in a few words, to be shown in brackets in a sentence.
 
     Parameters
     ----------

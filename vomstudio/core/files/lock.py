@@ -108,7 +108,7 @@ def _remove_special_file(path: Path) -> None:
 
 
 def _remove(path: Path) -> str | None:
-    """Remove a lock file and return the reason if that fails."""
+    """Remove a lock file; return None, or the reason if the system refuses."""
     try:
         path.unlink(missing_ok=True)
         path.with_name(path.name + "-journal").unlink(missing_ok=True)
@@ -118,8 +118,16 @@ def _remove(path: Path) -> str | None:
 
 
 class ProjectLock(FolderLock):
-    """Lock of a project, so that only one window has it open at a time."""
+    """Lock of a project, so that only one program has it open at a time."""
 
     def __init__(self, path: Path) -> None:
-        """Acquire the lock. Raises InputError if another process holds it."""
+        """Acquire the lock.
+
+        Raises
+        ------
+        InputError
+            If another process holds the lock.
+        TargetError
+            If the lock cannot be written.
+        """
         super().__init__(path, "project.locked", "project.unwritable")

@@ -115,7 +115,7 @@ def _limit_private_memory(limit: int) -> Iterator[None]:
 
 
 def _file_limit(path: Path) -> int | None:
-    """Return the limit of private memory in bytes, or None if the system does not support it."""
+    """Return the limit of private memory in bytes, or None if it cannot be determined."""
     used_private_bytes, machine_memory_bytes = private_bytes(), machine_bytes()
     if used_private_bytes is None or machine_memory_bytes is None:
         return None

@@ -77,12 +77,10 @@ def require_regular_file(path: str | Path) -> None:
 
 
 def require_regular_siblings(path: str | Path) -> None:
-    """Raise InputError if a device, pipe or socket is named like the file.
+    """Raise InputError if a device, pipe or socket in the folder is named like the file.
 
-    Names are compared by whether they start with the stem of the file, regardless of case.
-
-    Use this check for libraries that also open files next to the given one and would block on
-    such a file.
+    A name counts if it starts with the stem of the file, regardless of case. Use this check for
+    libraries that also open files next to the given one: they would block on a pipe.
     """
     shown_path = Path(path)
     stem = shown_path.stem.casefold()
@@ -205,8 +203,8 @@ def read_json(path: str | Path, limit: int = MAX_JSON_BYTES) -> Any:
     Raises
     ------
     ValueError
-        If the file is too large, not a regular file, not JSON or nested too deeply; the message
-        states the reason.
+        If the file is too large, has too many values, or is not a regular file, not JSON or nested
+        too deeply; the message states the reason.
     OSError
         If the file cannot be read.
     """

@@ -16,7 +16,10 @@ _FORMULA_STARTS = frozenset("=+-@\t\r'")
 
 
 def escape_formula(text: str) -> str:
-    """Return the text of a cell, prefixed with an apostrophe if it would be evaluated."""
+    """Return the text of a cell, prefixed with an apostrophe if it would be evaluated.
+
+    Control characters are replaced by spaces.
+    """
     text = replace_control_characters(text)
     return f"'{text}" if text[:1] in _FORMULA_STARTS and text else text
 

@@ -1,4 +1,4 @@
-"""Folder for state and unnamed work, even if the user's home folder is not writable."""
+"""Folder for state and untitled projects, even if the home folder is not writable."""
 
 from __future__ import annotations
 
@@ -51,7 +51,10 @@ def _is_writable(folder: Path) -> bool:
 
 
 def _is_private(folder: Path) -> bool:
-    """Return whether the folder belongs to this user alone; its parent folder is shared."""
+    """Create a folder and return whether it belongs to this user alone.
+
+    Its parent folder is shared with other users.
+    """
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
         status = folder.lstat()

@@ -1,4 +1,4 @@
-"""Texts of the findings about jobs, failures, their worker processes and clusters."""
+"""Texts of the findings about jobs, their worker processes and failures, and clusters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Texts of the findings about patches of a model as surfaces, and about its facets."""
+"""Texts of the findings about patches and facets of a model's surface."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ def bed_log(
     bed : Plane
         Attitude of the bedding.
     names, lithologies, notes : sequence of str, optional
-        Names of the boundaries; lithologies and notes of the beds that start at them.
+        Names of the boundaries; lithologies and notes of the beds above them.
     sigma_m : float
         Standard deviation of each coordinate, m.
     bed_error_deg : float

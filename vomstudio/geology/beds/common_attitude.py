@@ -25,7 +25,7 @@ def fit_common_bed(traces: Sequence[npt.ArrayLike]) -> ParallelBeds:
     Raises
     ------
     GeometryError
-        If the traces do not determine a plane.
+        If there are fewer than two traces, or if they do not determine a plane.
     """
     arrays = [np.atleast_2d(np.asarray(trace, np.float64)) for trace in traces]
     offsets = np.concatenate([[0], np.cumsum([len(array) for array in arrays])])

@@ -68,7 +68,7 @@ class CurvedBed:
     p : float or None
         p-value for the hypothesis that the bed is a plane; None if a plane was fitted.
     rms_m : float
-        RMS distance of the points from the surface, m.
+        RMS distance of the points from the surface along the normal of the mean plane, m.
     n, n_effective : int, float
         Number of points, and effective number of independent points.
     dips : tuple of LocalDip
@@ -195,9 +195,11 @@ def _fit_polynomials(
 
 
 def _select_degree(fits: list[_PolynomialFit], n: int) -> tuple[int, float | None]:
-    """Select the lowest degree that no higher degree improves, and the p-value of a plane.
+    """Select the degree of the polynomial, and compute the p-value of a plane.
 
-    A degree is skipped if the next one explains more: a symmetric bend has no odd part.
+    The lowest degree that neither of the next two degrees improves is selected. A degree that does
+    not improve the fit is skipped if the next one does: a symmetric bend has no odd part. The
+    p-value is None if a plane is selected.
     """
     from scipy.special import fdtrc
 

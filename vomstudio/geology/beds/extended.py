@@ -136,7 +136,7 @@ def plane_estimate_from_fit(fit: FittedPlane) -> PlaneEstimate:
     Raises
     ------
     GeometryError
-        If the errors are unknown, as for three points or a regression.
+        If the errors are unknown, as for three points or a regression, or reach 45 degrees.
     """
     major_deg, minor_deg = fit.max_confidence95_deg, fit.min_confidence95_deg
     if fit.long_roughness:
@@ -198,7 +198,7 @@ def plane_estimate_from_attitude(
 def repeat_planes(
     plane: PlaneEstimate, points: FloatArray, thickness_m: float | None, error95_m: float = 0.0
 ) -> PlaneSeries:
-    """Return all parallels of a plane that pass between the points of a model.
+    """Return the parallels of a plane that cover the points of a model.
 
     Parameters
     ----------

@@ -50,9 +50,9 @@ class Bed:
     n : int
         Number of points.
     distance_m : float
-        Distance from the centroid of all traces along the common upward normal, m.
+        Signed distance from the centroid of all points along the common upward normal, m.
     error95_m : float or None
-        95 % error of the distance, m.
+        95 % error of the position along the normal, m; None if unknown.
     rms_m : float
         RMS distance of the points from the plane of the trace, m.
     """
@@ -66,7 +66,7 @@ class Bed:
 
 @dataclass(frozen=True)
 class SamePlaneTest:
-    """Test whether two traces lie in the same plane of the common attitude.
+    """Result of the test whether two traces lie in the same plane of the common attitude.
 
     Attributes
     ----------
@@ -96,12 +96,12 @@ class ParallelBeds:
     max_confidence95_deg, min_confidence95_deg : float or None
         Semi-axes of the joint 95 % region of the common normal, degrees.
     p_parallel : float or None
-        p-value for the hypothesis that the traces are parallel; None if fewer than two traces
-        determine a plane.
+        p-value for the hypothesis that the traces are parallel; None if too few traces determine
+        a tilt.
     beds : tuple of Bed
         Traces in upward order along the normal.
     same : tuple of SamePlaneTest
-        Tests of pairs of traces.
+        Tests of pairs of traces; empty if the errors are unknown.
     """
 
     n: int
@@ -147,11 +147,12 @@ class _TraceErrors:
     is_judged : (G, 2) ndarray of bool
         Axes along which each trace determines a tilt.
     degrees_of_freedom : (G,) ndarray
-        Degrees of freedom of the noise; the variances are inflated accordingly.
+        Degrees of freedom of the noise, disregarding correlation, by which the variances are
+        inflated.
     independent_counts : (G,) ndarray
         Degrees of freedom that remain after allowing for correlation.
     tilt_dof : float or None
-        Degrees of freedom of the tilts if these are derived from the misfit of the traces.
+        Degrees of freedom of the tilt errors if these are widened for misfit; otherwise None.
     """
 
     tilt_covariances: FloatArray
@@ -201,7 +202,8 @@ def parallel_beds(
     Raises
     ------
     GeometryError
-        If there are fewer than two traces, or if they do not determine a plane.
+        If there are fewer than two traces, if a trace is empty, or if the traces do not determine
+        a plane.
     KeyError
         If `pairs` contains an id that is not in `ids`.
     """
@@ -344,8 +346,8 @@ def _informative_axes(
 ) -> BoolArray:
     """Select the axes (G, 2) along which each trace determines the tilt of its plane.
 
-    A straight trace whose width does not exceed its deviation from the common plane follows the
-    face that it crosses, so its width would give the attitude of the face.
+    The narrow axis of a straight trace is ignored if its width is at most three times its scatter:
+    such a trace follows the face that it crosses, so its width gives the attitude of the face.
 
     `rotated_points` (n, 3) are coordinates along the narrow and the long axis of each trace, and
     along the normal.
@@ -476,11 +478,12 @@ def _two_sided_p(t: float, fractions: FloatArray, degrees_of_freedom: FloatArray
 def _widen_for_misfit(traces: _TraceErrors) -> tuple[_TraceErrors, float | None]:
     """Widen the tilt error by the misfit of traces that are not exactly parallel.
 
-    The error is scaled by Birge's ratio (Birge 1932, Physical Review 40, 207). The p-value for the
-    hypothesis that the traces are parallel is also returned. Each trace is compared with the best
-    common plane, weighted by its own noise: one outlier tilts the common plane without showing that
-    the others are rotated. The uncertainty of the weights is taken into account (Johansen 1980,
-    Biometrika 67, 85; here with one variance per trace, shared by its axes).
+    The error is scaled by Birge's ratio (Birge 1932, Physical Review 40, 207) if the misfit is
+    significant. The p-value for the hypothesis that the traces are parallel is also returned; it is
+    None if too few tilts are known. Each trace is compared with the best common plane, weighted by
+    its own noise: one outlier tilts the common plane without showing that the others are rotated.
+    The uncertainty of the weights is taken into account (Johansen 1980, Biometrika 67, 85; here
+    with one variance per trace, shared by its axes).
     """
     from scipy.special import fdtrc
 

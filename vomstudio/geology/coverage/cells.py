@@ -132,7 +132,7 @@ def create_grid(
     Raises
     ------
     GeometryError
-        If there are too many cells, or if the cell size is not positive.
+        If there are no points or too many cells, or if the cell size is not positive.
     """
     if not (math.isfinite(cell) and cell > 0.0):
         raise GeometryError(Finding("grid.cell-size"), field="cell")
@@ -167,8 +167,8 @@ def measure_faces(
 ) -> ExposedArea:
     """Measure the area of triangles in each cell of a grid.
 
-    Faces that point away from the viewer are not exposed. The orientation is taken from the
-    majority of the face area, because files differ in their conventions.
+    Faces that point away from the viewer are not exposed. The side with the larger
+    area in the view is regarded as exposed, because files differ in the orientation of faces.
 
     Parameters
     ----------

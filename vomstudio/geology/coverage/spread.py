@@ -89,12 +89,12 @@ class PickSpread:
 
 @dataclass(frozen=True)
 class StatedErrorTest:
-    """Test whether the stated errors explain the scatter of repeated picks.
+    """Result of the test whether the stated errors explain the scatter of repeated picks.
 
     Attributes
     ----------
     n : int
-        Number of repeats for which all picks have a stated error.
+        Number of repeats of structures whose picks all have a stated error.
     chi_square, degrees_of_freedom, p : float
         Test statistic, and p-value for the hypothesis that the errors are large enough.
     factor, factor_low, factor_high : float
@@ -102,8 +102,8 @@ class StatedErrorTest:
     noticeable_factor : float
         Factor that the test would detect with a probability of 80 %.
     within95, within95_share, within95_low, within95_high
-    Number and share of the repeats that are within the joint 95 % region of both picks, and
-    the 95 % interval of this share.
+        Number and share of the repeats that are within the joint 95 % region of both picks, and
+        the 95 % interval of this share.
     """
 
     n: int
@@ -122,7 +122,7 @@ class StatedErrorTest:
 
 @dataclass(frozen=True)
 class InterpreterTest:
-    """F test whether interpreters differ by more than their own repeats.
+    """Result of the F test whether interpreters differ by more than their own repeats.
 
     Attributes
     ----------
@@ -227,7 +227,7 @@ def check_stated_errors(structures: Sequence[RepeatedStructure]) -> StatedErrorT
     Returns
     -------
     StatedErrorTest or None
-        None if no pair of picks has stated errors.
+        None if no repeated structure has a stated error for all its picks.
     """
     from scipy.stats import beta, chi2
 
@@ -316,9 +316,9 @@ def compare_interpreters(
     Returns
     -------
     spreads : dict of str to PickSpread
-        Scatter of the repeats of each interpreter.
+        Scatter of the picks of each interpreter who repeated their own picks.
     test : InterpreterTest or None
-        None if no interpreter repeated a pick of their own or of another interpreter.
+        None unless some picks were repeated by the same interpreter and some by another one.
     """
     from scipy.stats import f
 

@@ -50,9 +50,10 @@ class RepeatedPick:
     angle_deg : float
         Angle between the poles or lines, 0 to 90 degrees.
     stated95_deg : float or None
-        Square root of the sum of the squared stated errors, degrees.
+        Square root of the sum of the squared stated errors, degrees; None if not all picks of the
+        structure have a stated error.
     within95 : bool or None
-        True if the stated errors explain the angle in its direction.
+        True if the stated errors explain the angle in its direction; None if they are unknown.
     """
 
     first: str
@@ -97,7 +98,7 @@ class TableRepeats(PrintableResult):
     stated_errors_hold : str
         Verdict of the test, as explained by `reasons`.
     interpreters : tuple of InterpreterSpread
-        Scatter of the repeats of each interpreter.
+        Scatter of the repeats of each interpreter; empty if there is only one interpreter.
     between : InterpreterTest or None
         Test whether interpreters differ by more than their own repeats.
     """
@@ -140,7 +141,8 @@ def table_repeats(
     Raises
     ------
     UsageError
-        If the table does not contain the column.
+        If a given column does not exist, or if neither `group_column` is given nor the column
+        `repeat_of` exists.
     """
     excluded_picks: list[ExcludedPick] = []
     groups = (
@@ -238,7 +240,7 @@ def _find_first_pick(row: int, original_ids: Sequence[str], rows: dict[str, int]
 def _exclude_other_geometry(
     table: OrientationRows, rows: list[int], excluded_picks: list[ExcludedPick]
 ) -> list[list[int]]:
-    """Exclude rows of the other geometry, because a plane cannot be compared with a line."""
+    """Exclude lines among the repeats of a plane, and planes among the repeats of a line."""
     is_plane = bool(table.is_plane[rows[0]])
     matching_rows = [row for row in rows if bool(table.is_plane[row]) == is_plane]
     for row in set(rows) - set(matching_rows):

@@ -78,9 +78,10 @@ class Displacement:
     dip_slip_m : MeasuredValue
         Component up the dip, positive if reverse, m.
     slip_rake_deg : float or None
-        Directed rake, -180 to 180 degrees, positive with a reverse component.
+        Directed rake, -180 to 180 degrees, positive with a reverse component; None if there is no
+        movement.
     trend_deg, plunge_deg : float or None
-        Direction of the movement, degrees.
+        Direction of the movement, degrees; None if there is no movement.
     off_fault_m : float
         Component perpendicular to the fault plane, m.
     """
@@ -106,10 +107,11 @@ class Separations:
     stratigraphic_m : MeasuredValue
         Separation perpendicular to the bed.
     dip : Displacement or None
-        Separation along the dip of the fault; None if the bed is parallel to this direction.
+        Separation along the dip of the fault; None if the bed is within 5
+        degrees of this direction.
     strike_m : MeasuredValue or None
-        Separation along the strike, positive if sinistral; None if the bed is parallel to the
-        strike.
+        Separation along the strike, positive if sinistral; None if the bed is within 5 degrees
+        of the strike.
     """
 
     stratigraphic_m: MeasuredValue
@@ -186,7 +188,8 @@ def net_slip_from_cutoffs(
     Raises
     ------
     GeometryError
-        If the slip is within 5 degrees of the bed, which leaves it undetermined.
+        If a point is not finite, or if the slip is within 5 degrees of the bed, which leaves it
+        undetermined.
     """
     points = _relative_points(hanging_wall_point, footwall_point)
     bed_normal = planes_to_normals(bed.dip_direction_deg, bed.dip_deg).ravel()
@@ -235,7 +238,7 @@ def separations(
     Raises
     ------
     GeometryError
-        If the bed is parallel to the fault.
+        If a point is not finite, or if the bed is within 5 degrees of the fault.
     """
     points = _relative_points(hanging_wall_point, footwall_point)
     fault_normal = planes_to_normals(fault.dip_direction_deg, fault.dip_deg).ravel()
@@ -277,7 +280,10 @@ def separations(
 def _relative_points(
     hanging_wall_point: npt.ArrayLike, footwall_point: npt.ArrayLike
 ) -> FloatArray:
-    """Return both points (6,) relative to the footwall point, to preserve digits of northings."""
+    """Return both points (6,) relative to the footwall point.
+
+    This preserves the digits of large northings. Raises GeometryError if a point is not finite.
+    """
     hanging_wall, footwall = (
         np.asarray(v, np.float64).ravel() for v in (hanging_wall_point, footwall_point)
     )

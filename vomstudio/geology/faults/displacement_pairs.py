@@ -151,7 +151,10 @@ def _slip_warnings(slip: Line, fault: Plane) -> list[Finding]:
 
 
 def _rake_warnings(fault: Plane) -> list[Finding]:
-    """Warn that the strike of a vertical fault is ambiguous as the origin of the rake."""
+    """Warn that the strike of a vertical fault is ambiguous as the origin of the rake.
+
+    Raises UsageError if the fault is horizontal.
+    """
     if fault.undefined:
         raise UsageError(Finding("displacement.rake-without-strike"), field="--rake")
     if not fault.vertical or fault.strike_rhr_deg < 180.0:
@@ -195,7 +198,10 @@ def _motion_warnings(pairs: Sequence[Pair], errors: DisplacementErrors) -> list[
 
 
 def _reported_displacement(pair: Pair) -> Displacement | None:
-    """Return the displacement, or the dip separation if the slip is unknown."""
+    """Return the displacement, or the dip separation if the slip is unknown.
+
+    The dip separation is None if it is undefined.
+    """
     return pair.displacement if pair.separations is None else pair.separations.dip
 
 

@@ -107,8 +107,8 @@ class KinematicAxes:
     axes : (3, 3) ndarray
         Unit vectors of extension, intermediate axis and shortening, as rows.
     confidence95_deg : (3,) ndarray or None
-        Half-angles of cones that contain 95 % of the bootstrap resamples, degrees; None for few
-        faults.
+        Half-angles of cones that contain 95 % of the bootstrap resamples, degrees; None for fewer
+        than five faults.
     """
 
     values: FloatArray

@@ -116,7 +116,7 @@ class TableSlip(PrintableResult):
 
 
 def table_slip(table: SlipRows) -> TableSlip:
-    """Compute the P and T axes of each fault, and the kinematic axes of all faults.
+    """Compute the P and T axes of faults, and their kinematic axes and right dihedra.
 
     Parameters
     ----------

@@ -43,7 +43,8 @@ class ThreePoints(PrintableResult):
     Attributes
     ----------
     dip_error_deg, dip_direction_error_deg : float or None
-        Individual errors of dip and dip direction, degrees; the larger side if they are asymmetric.
+        Individual errors of dip and dip direction, degrees; the larger side if they are asymmetric,
+        and None if the errors of the points are unknown.
         The error of the dip direction is undefined (None) if it exceeds 90 degrees, if the plane is
         uncertain by 20 degrees or more, and for four points with an estimated error.
     max_confidence95_deg : float or None
@@ -54,7 +55,8 @@ class ThreePoints(PrintableResult):
     rms_m : float or None
         RMS distance of the points from the plane, m; None for three points.
     sigma_m : float or None
-        Standard deviation of each coordinate, given or estimated from more than three points, m.
+        Standard deviation of each coordinate, given or estimated from more than three points, m;
+        None if unknown.
     warnings : tuple of Finding
         Reasons to doubt the plane.
     dropped_lines : tuple of int
@@ -95,7 +97,7 @@ class ThreePoints(PrintableResult):
 
 
 def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreePoints:
-    """Solve the three-point problem, or fit a least-squares plane to more than three points.
+    """Solve the three-point problem, or fit a least-squares plane to more points.
 
     Parameters
     ----------
@@ -112,7 +114,7 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
     Raises
     ------
     GeometryError
-        If there are fewer than three points, or if they lie on one line.
+        If there are fewer than three points, if they lie on one line, or if one is not finite.
     """
     p = np.asarray(points, np.float64)
     if p.ndim != 2 or p.shape[1] != 3 or not np.isfinite(p).all():
@@ -169,7 +171,7 @@ def _is_noise_only(sizes: FloatArray, n: int, sigma_m: float) -> bool:
 
 
 def _half_angles(sizes: FloatArray, error: float, *, is_noise_only: bool) -> tuple[float, float]:
-    """Return the tilts of compatible planes along the long and the short axis, radians.
+    """Return the maximum tilts of compatible planes along the long and short axis, radians.
 
     A tilt is a right angle if all planes are compatible. `is_noise_only` is True if the extent
     along the short axis is due to errors.

@@ -47,7 +47,7 @@ class LimbFigures:
     n : (int, int)
         Number of planes in each limb.
     interlimb_angle_deg, interlimb_error95_deg : float
-        Angle between the limbs on the side of the hinge, with its 95 % error, degrees.
+        Angle between the limbs on the inner side of the fold, with its 95 % error, degrees.
     axial_plane, axial_plane_error95_deg
         Bisecting plane, with the larger half-angle of its joint 95 % region, degrees.
     overturned : (bool, bool)

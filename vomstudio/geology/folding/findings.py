@@ -11,7 +11,7 @@ from vomstudio.geology.folding.verdicts import MAX_USABLE_AXIS_ERROR_DEG, FoldVe
 
 
 def bowed_findings(bowed_deg: float | None, arc_deg: float) -> list[Finding]:
-    """Report that bowing of the model may cause an open fold of this size.
+    """Report that bowing of the model may explain the arc of the poles.
 
     Parameters
     ----------
@@ -23,6 +23,7 @@ def bowed_findings(bowed_deg: float | None, arc_deg: float) -> list[Finding]:
     Returns
     -------
     list of Finding
+        Empty if the arc exceeds the bowing, or if the bowing is unknown.
     """
     if bowed_deg is None or arc_deg >= bowed_deg:
         return []
@@ -61,8 +62,8 @@ def decisive_plane_finding(
     plane : str
         Name of the plane.
     turn_deg : float or None
-        Rotation of beta if the plane is omitted, degrees; None if the other planes have no such
-        axis.
+        Rotation of beta if the plane is omitted, degrees; None if its omission changes the verdict
+        instead.
     error95_deg : float
         95 % error of beta, degrees.
     verdict_without_plane : FoldVerdict or None
@@ -122,6 +123,8 @@ def _unknown_limbs_finding(limbs: Limbs) -> Finding:
 
 def error_finding(semi_axes: tuple[float, float]) -> Finding:
     """Report the joint 95 % region of beta and its effect on projected lengths.
+
+    The effect is not reported if beta is too uncertain for projections.
 
     Parameters
     ----------

@@ -62,10 +62,10 @@ class Cone:
         Half-width of the 95 % interval of the half-angle, degrees; infinite if the poles cannot
         distinguish a cone from a cylinder.
     log_likelihood : float
-        See `_log_likelihood`; for a mixture if the ends of the poles are unknown.
+        Log likelihood of `_log_likelihood`, or of a mixture if the ends of the poles are unknown.
     nearer_ends_circle : SmallCircle or None
-        Least-squares circle if either end of a pole may be used. It is stored only if it differs
-        and is closer to the poles, but is not more likely.
+        Least-squares circle if either end of a pole may be used. It is stored only if it is
+        closer to the poles but not clearly more likely.
     """
 
     axis: Line
@@ -82,7 +82,10 @@ class Cone:
         return abs(90.0 - self.half_angle_deg)
 
     def with_count(self, n: int, n_expected: int) -> Cone:
-        """Return the cone with the interval width expected for a different number of planes."""
+        """Return the cone with the interval width expected for another number of planes.
+
+        `n` is the number of planes of this cone.
+        """
         if not math.isfinite(self.half_width_deg):
             return self
         width = t95(n - 3) / math.sqrt(n - 3)
@@ -155,7 +158,10 @@ class PoleShape:
 
     @cached_property
     def two_circles(self) -> TwoCircles | None:
-        """Two great circles through the poles; computed on first use because this is slow."""
+        """Two great circles through the poles, or None if they do not fit much better than one.
+
+        They are computed on first use because this is slow.
+        """
         return two_great_circles(self.poles, self.axes, self.cone)
 
     @property
@@ -207,9 +213,9 @@ def find_outliers(poles: FloatArray, axes: FloatArray) -> BoolArray:
     Returns
     -------
     (n,) ndarray of bool
-        Poles farther from the circle than `MIN_OUTLIER_RATIO` times the median scatter of the
-        others and than `MIN_OUTLIER_DEG`. All values are False if more than one in
-        `MIN_POLES_PER_OUTLIER` poles is an outlier, or if fewer than eight others remain.
+        Poles farther from the circle than `MIN_OUTLIER_DEG` and than `MIN_OUTLIER_RATIO` times the
+        scatter, which is estimated from the median deviation. All values are False if more than
+        one in `MIN_POLES_PER_OUTLIER` poles is an outlier, or if fewer than eight others remain.
     """
     n, sample = len(poles), poles
     rng = np.random.default_rng(2)
@@ -243,9 +249,9 @@ def fit_small_circle(poles: FloatArray, axes: FloatArray) -> Cone | None:
 
     A pole has two ends. If the poles lie within an arc, the circle is fitted to the ends within the
     arc. Around the axis of a cone, as in a dome, the ends on the side of the axis are used.
-    However, poles scattered about a great circle also fit two small circles beside it if each pole
-    can choose its end. The second fit is therefore evaluated as a mixture of both ends, and is used
-    only if its likelihood is clearly higher.
+    However, poles scattered about a great circle also fit two small circles beside it if either end
+    of each pole may be used. The second fit is therefore evaluated as a mixture of both ends, and
+    used only if its likelihood is clearly higher.
 
     Parameters
     ----------
@@ -355,7 +361,8 @@ def _fit_nearer_ends(poles: FloatArray, axes: FloatArray) -> _NearerEndsFit | No
     """Find the least-squares small circle through the nearer ends of the poles.
 
     From each start, the selection of ends and the fit of a plane to them alternate; the angles are
-    fitted for the best result only.
+    fitted for the best result only. Returns None if the
+    ends form two groups around the axis.
     """
     sample = poles[:: max(1, len(poles) // MAX_SEARCHED_POLES)]
     candidates = np.concatenate([START_DIRECTIONS, axes])

@@ -10,7 +10,7 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class FractureOptions(Options):
-    """Area in which traces are counted, and their sets; None selects the default.
+    """Sampling region, plane, sets and weights of traces; None selects the default.
 
     Raises
     ------

@@ -210,14 +210,14 @@ def are_regular(gaps: FloatArray, repeats: float = 1.0) -> bool:
 
 
 def regular_half_width(coefficient_of_variation: float, n_gaps: float) -> float:
-    """Return half the 95 % interval of the logarithm of a mean gap, from Student's t.
+    """Return the half-width of the 95 % interval of the logarithm of a mean gap.
 
     Parameters
     ----------
     coefficient_of_variation : float
         Coefficient of variation of the gaps.
     n_gaps : float
-        Number of gaps.
+        Number of gaps, from which the quantile of Student's t follows.
 
     Returns
     -------

@@ -105,11 +105,13 @@ class TraceLengths:
         Estimates for the pieces as randomly censored lengths, with the mean restricted to the
         longest length, m.
     distribution, parameters, parameters_95
-        Law with the lowest AIC; if there is an area, the likelihood is that of a window.
+        Law with the lowest AIC; if the edge of the area cuts pieces, the likelihood is that of a
+        window.
     fits : tuple of LengthFit
         Fits of all laws.
     uncorrected : tuple of LengthFit
-        Fits for randomly censored lengths, which overestimate the lengths in a window.
+        Fits for randomly censored lengths, which overestimate the lengths in a window; empty if no
+        piece is cut.
     reason : Finding or None
         Reason why no law was fitted.
     """
@@ -134,7 +136,8 @@ class TraceLengths:
 class FractureSet:
     """Figures of a set of n trace pieces.
 
-    `strike_deg` is the length-weighted mean azimuth, 0 to 180 degrees, together with its resultant.
+    `strike_deg` is the length-weighted mean azimuth, 0 to 180 degrees (None if undefined), and
+    `resultant` its resultant length.
     Densities and their 95 % intervals are those of `Densities`, or None if there is no area.
     `spacing` is None if there is no scanline.
     """
@@ -238,7 +241,7 @@ def fracture_network(
     Raises
     ------
     GeometryError
-        If the area is empty or contains no traces, or if a tolerance is invalid.
+        If the area is empty or lies outside the map, or if the scanlines have no length.
     """
     import shapely
 
@@ -372,8 +375,8 @@ def kaplan_meier(lengths: FloatArray, is_censored: BoolArray) -> tuple[float | N
     mean : float or None
         Mean restricted to the longest length.
     median : float or None
-        None if more than half of the lengths are censored before it. Without complete lengths, both
-        values are undefined (None).
+        None if the survival does not decrease to one half. Without complete lengths, both values
+        are undefined (None).
     """
     from scipy.stats import CensoredData, ecdf
 
@@ -439,7 +442,7 @@ def trace_densities(pieces: TracePieces, is_member: BoolArray, area: Any) -> Den
     pieces : TracePieces
     is_member : (n,) ndarray of bool
         True for pieces of the set.
-    area : shapely Polygon
+    area : shapely Polygon or None
 
     Returns
     -------

@@ -31,7 +31,7 @@ class SnappedEnd:
         Kind of correction: the end stopped short of a trace, overshot a trace, or stopped short of
         the edge of the area.
     trace, other : int
-        Indices of the traces; None for `other` at an edge.
+        Numbers of the traces, from 1; None for `other` at an edge.
     x, y : float
         Position of the end as drawn, m.
     distance_m : float
@@ -71,7 +71,7 @@ class Nodes:
     ----------
     counts : NodeCounts
     mended : tuple of SnappedEnd
-        Ends that were snapped to another trace.
+        Ends that were snapped to another trace or to the edge of the area.
     points : (k, 2) ndarray
     branches : (k,) ndarray
         Number of branches that meet at each node.

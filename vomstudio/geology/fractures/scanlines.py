@@ -62,7 +62,9 @@ class Crossings:
 
 @dataclass(frozen=True)
 class Spacing:
-    """Spacing of n crossings on scanlines; names with 95 are 95 % intervals (see `intervals`).
+    """Spacing of n crossings on scanlines.
+
+    Names that contain 95 denote 95 % intervals (see `intervals`).
 
     Attributes
     ----------
@@ -75,8 +77,8 @@ class Spacing:
         Ratio of std_m to mean_m: near 1 for random positions, lower for regular and higher for
         clustered ones.
     true_mean_m : float or None
-        Mean gap perpendicular to the traces in metres; each gap is multiplied by the sine of its
-        mean angle.
+        Mean gap perpendicular to the traces in metres; each gap is multiplied by the mean
+        sine of the angles at its two ends.
     P21_1_per_m : float
         Sum of the weights divided by the length (Terzaghi's 1965 correction), which estimates the
         trace length per area of a plane.

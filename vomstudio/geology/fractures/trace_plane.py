@@ -216,7 +216,8 @@ class TracePlane:
         Raises
         ------
         GeometryError
-            ``lines.edge-on`` if a shape has no extent on the plane.
+            ``lines.edge-on`` if a shape is nearly perpendicular to the plane, or if the plane is
+            too steep for a position on the map.
         """
         import shapely
 
@@ -402,7 +403,7 @@ def _mask_from_rows(row: IntArray, flags: BoolArray, count: int) -> BoolArray:
 
 
 def _are_stacked(heights: FloatArray, counts: IntArray, first_rows: IntArray) -> bool:
-    """Return whether heights (n,) vary more between lines than along them.
+    """Return whether heights (n,) vary at least twice as much between lines as along them.
 
     `counts` (m,) are the numbers of vertices of the lines, `first_rows` (m,) the rows of their
     first vertices.

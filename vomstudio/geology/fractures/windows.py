@@ -27,7 +27,7 @@ class IntensityAtSize:
     windows : int
         Number of circles.
     independent : float
-        Number of circles that fit into the area without overlapping.
+        Area divided by that of a circle, the maximum number of circles without overlap.
     P21_1_per_m, std_1_per_m, min_1_per_m, max_1_per_m : float
         Mean, standard deviation, minimum and maximum, 1/m.
     """
@@ -80,8 +80,8 @@ def mean_length_from_ends(lengths: FloatArray, cut_ends: FloatArray) -> Paramete
     """Return the mean length of complete traces from the pieces observed in a window.
 
     It is the total length divided by half the number of ends inside the window. Neither censoring
-    nor the preferential sampling of long traces causes a bias, because every trace has two ends,
-    each of which is observed with the same probability regardless of its position (Pahl 1981,
+    nor the preferential sampling of long traces causes a bias, because each of the two
+    ends of a trace is observed with the same probability regardless of its position (Pahl 1981,
     International Journal of Rock Mechanics 18, 221-228; Zhang & Einstein 1998). The 95 % interval
     is that of a ratio of sums over independent pieces.
 
@@ -114,7 +114,9 @@ def mean_length_from_ends(lengths: FloatArray, cut_ends: FloatArray) -> Paramete
 
 
 def trace_directions(pieces: TracePieces) -> FloatArray:
-    """Return the directions of pieces from start to end, or of the longest part if closed.
+    """Return the directions of pieces from start to end.
+
+    The direction of a closed piece is that of its longest segment.
 
     Parameters
     ----------
@@ -190,8 +192,8 @@ def share_outside_hull(lines: Any, area: Any) -> float:
 def intensity_by_size(pieces: TracePieces, area: Any) -> tuple[IntensityAtSize, ...]:
     """Compute P21 in circles of increasing size.
 
-    For each size, up to 64 circles are placed on a regular grid, from the smallest size that
-    contains a few traces to the largest that fits into the area.
+    The sizes range from one that contains a few traces to the largest that fits into the area. For
+    each size, up to 64 circles are placed on a regular grid.
 
     Parameters
     ----------

@@ -83,7 +83,7 @@ class BinghamFigures:
         Concentrations k1 <= k2 <= 0 along the third and second axis of the tensor; the
         concentration along the first axis is 0.
     confidence95 : tuple
-        Model-based 95 % regions of the three axes; None for a weighted set.
+        Model-based 95 % region of each of the three axes; None if undefined or for a weighted set.
     fit_p : float or None
         p-value of the goodness of fit; None if not tested.
     """

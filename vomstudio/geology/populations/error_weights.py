@@ -36,7 +36,7 @@ class WeightFigures:
     natural_scatter_deg : float
         Standard deviation of the scatter that the errors do not explain, degrees.
     effective_n : float
-        Effective number of orientations, as if they had equal weights.
+        Number of orientations of equal weight that would be equally informative.
     without_error : int
         Number of rows without an error, to which the median error was assigned.
     """
@@ -62,7 +62,7 @@ def read_errors(table: OrientationRows) -> OrientationErrors:
     Raises
     ------
     UsageError
-        If the table has no error column, or if this column is empty.
+        If the table has no column of errors, or if all of these columns are empty.
     """
     for column in ERROR_COLUMNS:
         try:
@@ -127,7 +127,7 @@ def weights_by_error(v: FloatArray, errors: OrientationErrors) -> tuple[FloatArr
 
 
 def _squared_residuals(v: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
-    """Return the squared angles from the mean of a cluster, or from the great circle.
+    """Return the squared angles from the mean of a cluster, or from the circle of a girdle.
 
     The second value is the number of degrees of freedom.
     """

@@ -60,7 +60,8 @@ class FisherFigures:
         Larger half-angle of the 95 % region of the mean due to the registrations, degrees; None if
         unknown. It does not decrease with n.
     total95_deg : float or None
-        Total of alpha95 and the registration error (if known), degrees.
+        Total of alpha95 and the registration error (if known), degrees; None if alpha95 is
+        undefined.
     fit_p : float or None
         p-value of the fit of Fisher's distribution; None if not tested.
     """
@@ -210,6 +211,8 @@ def set_statistics(
     ------
     GeometryError
         If the set is empty.
+    ValueError
+        If `of` is unknown.
     """
     if of not in ("poles", "lines"):
         raise ValueError(of)
@@ -252,7 +255,7 @@ def _fisher_figures(
     rotation_errors: RotationErrors | None,
     weights: FloatArray | None,
 ) -> tuple[FisherFigures | None, Finding | None]:
-    """Return Fisher's statistics, and the reason for missing values."""
+    """Return Fisher's statistics, or None if they do not apply, and the reason."""
     reason = no_fisher_reason(v, is_directed)
     if reason is not None:
         return None, reason

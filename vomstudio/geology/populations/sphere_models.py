@@ -9,8 +9,8 @@ Gauss-Legendre nodes that are adapted to the density; they are accurate from uni
 clusters of a thousandth of a degree.
 
 The goodness of fit is assessed by the smooth test (Neyman 1937; for directions Boulerice & Ducharme
-1997, Journal of Multivariate Analysis 60, 154-175): the harmonics or moments of the next higher
-degrees than those of the fit are compared with their expectations under the fitted model, with a
+1997, Journal of Multivariate Analysis 60, 154-175): the harmonics or moments of the degrees
+above those of the fit are compared with their expectations under the fitted model, with a
 chi-square statistic.
 """
 
@@ -50,7 +50,10 @@ class QuadratureNodes:
 
 @dataclass(frozen=True)
 class Bingham:
-    """Concentrations k1 <= k2 <= 0 along the third and second axes of the tensor."""
+    """Bingham distribution.
+
+    The concentrations k1 <= k2 <= 0 belong to the third and second axes of the tensor.
+    """
 
     k1: float
     k2: float
@@ -209,7 +212,7 @@ def estimate_kent(directions: npt.ArrayLike) -> Kent | None:
 
 
 def kent_concentrations(resultant: float, square_difference: float) -> tuple[float, float] | None:
-    """Estimate kappa and beta by maximum likelihood; None if kappa is below 5.
+    """Estimate kappa and beta by maximum likelihood.
 
     Parameters
     ----------
@@ -217,6 +220,11 @@ def kent_concentrations(resultant: float, square_difference: float) -> tuple[flo
         Mean resultant length.
     square_difference : float
         Difference between the mean squares along the major and the minor axis.
+
+    Returns
+    -------
+    (float, float) or None
+        None if kappa is below 5.
     """
     shortfall = 1.0 - resultant
     major_concentration, minor_concentration = (
@@ -260,7 +268,7 @@ def _is_valid_kent(kappa: float, beta: float) -> bool:
 
 
 def _standard_deviation(concentration: float) -> float:
-    """Return the standard deviation of exp(-concentration x^2); infinite if uniform."""
+    """Return the standard deviation of exp(-concentration x^2); infinite if it is broad."""
     return (
         1.0 / math.sqrt(2.0 * concentration)
         if concentration > MAX_BROAD_CONCENTRATION
@@ -453,7 +461,7 @@ def _kent_scores(x: FloatArray) -> FloatArray:
 def _tangent_products(x: FloatArray, n_fitted_moments: int) -> FloatArray:
     """Return functions of the coordinates across the mean that are not part of the fit.
 
-    They are of degree two if one moment was fitted, otherwise of degrees three and four.
+    They are of degrees two to four if one moment was fitted, otherwise of degrees three and four.
     """
     b, c = x[:, 1], x[:, 2]
     square = b * b + c * c

@@ -1,12 +1,12 @@
-"""Surface roughness from second differences: increase with distance, smoothest direction.
+"""Surface roughness from second differences, and the direction of least roughness.
 
-z(x + h) - 2 z(x) + z(x - h) is independent of tilt, so the subtracted plane is irrelevant. For a
-self-affine surface, its mean square increases as |h|^(2 H) with the Hurst exponent H (Kent & Wood
-1997, Journal of the Royal Statistical Society B 59, 679-699; for surfaces and by direction Chan &
-Wood 2000, Statistica Sinica 10, 343-376; Davies & Hall 1999, ibid. B 61, 3-37). Fault surfaces have
-an H of about 0.6 along slip and 0.8 across it (Candela et al. 2012, Journal of Geophysical Research
-117, B08409), and are smoothest along slip (Renard et al. 2006, Geophysical Research Letters 33,
-L04305).
+z(x + h) - 2 z(x) + z(x - h) is independent of tilt, so the subtracted plane is irrelevant. On a
+self-affine surface, the mean square of this difference increases as |h|^(2 H) with the Hurst
+exponent H (Kent & Wood 1997, Journal of the Royal Statistical Society B 59, 679-699; for surfaces
+and by direction Chan & Wood 2000, Statistica Sinica 10, 343-376; Davies & Hall 1999, ibid. B 61,
+3-37). Fault surfaces have an H of about 0.6 along slip and 0.8 across it (Candela et al. 2012,
+Journal of Geophysical Research 117, B08409), and are smoothest along slip (Renard et al. 2006,
+Geophysical Research Letters 33, L04305).
 
 Errors are jackknife errors over sixteen parts of the surface. Wavelengths longer than a quarter of
 the surface are not resolved.
@@ -56,7 +56,7 @@ class Variations:
     Attributes
     ----------
     angles_deg : (d,) ndarray
-        Directions in degrees, from the columns toward the rows.
+        Directions in degrees, measured from the column axis toward the row axis.
     lags : (k,) ndarray
         Distances in ascending order, m.
     sums, counts : (d, k, parts) ndarray
@@ -104,7 +104,10 @@ class Exponent:
 
 @dataclass(frozen=True)
 class DirectionExponent:
-    """Hurst exponent along a direction, which is measured from the columns toward the rows."""
+    """Hurst exponent along a direction.
+
+    The direction is measured from the column axis toward the row axis, degrees.
+    """
 
     angle_deg: float
     H: float
@@ -118,7 +121,8 @@ class SmoothestDirection:
     Attributes
     ----------
     angle_deg, error95_deg : float
-        Direction from the columns toward the rows in [0, 180) degrees, and its 95 % error.
+        Direction in [0, 180) degrees, measured from the column axis toward the row axis, and its
+        95 % error.
     ratio : float
         Ratio of the RMS second differences across this direction to those along it.
     p : float
@@ -193,7 +197,8 @@ def fit_exponent(
     Returns
     -------
     Exponent or None
-        None if the ratio of these distances is below `MIN_LAG_RATIO`.
+        None if there are too few distances or data, or if the ratio of the longest to the shortest
+        of these distances is below `MIN_LAG_RATIO`.
     """
     all_directions = np.arange(len(variations.angles_deg))
     return _fit_exponent(variations, noise, all_directions, NOISE_FACTOR * missing_variance)
@@ -202,7 +207,10 @@ def fit_exponent(
 def fit_directional_exponents(
     variations: Variations, noise: float, missing_variance: float = 0.0
 ) -> list[DirectionExponent]:
-    """Fit the Hurst exponent along each direction in which this is possible.
+    """Fit the Hurst exponent along each direction.
+
+    Directions in which a fit is not possible, or in which no single exponent describes all
+    distances, are omitted.
 
     Parameters
     ----------
@@ -225,12 +233,15 @@ def fit_directional_exponents(
 
 
 def find_smoothest_direction(variations: Variations, noise: float) -> SmoothestDirection | None:
-    """Find the direction with the smallest second differences from their second harmonic.
+    """Find the direction in which the second differences are smallest.
+
+    It is computed from the second harmonic of their mean squares.
 
     Returns
     -------
     SmoothestDirection or None
-        None if noise dominates in too many parts of the surface.
+        None if noise dominates at all distances, if more than half of the parts of the surface have
+        too few data, or if there is no difference between the directions.
     """
     is_resolved = _is_resolved(variations, noise)
     if not is_resolved.any():
@@ -286,10 +297,10 @@ def resolved_range(variations: Variations, noise: float) -> tuple[float, float] 
 
 
 def _harmonics(variations: Variations, is_resolved: BoolArray, squares: FloatArray) -> FloatArray:
-    """Return the relative cosine and sine terms (2, k, n) of twice the direction.
+    """Return the second harmonic (2, k, n) of mean squares, relative to their mean.
 
-    The mean squares have the shape (d, k, n). The terms are fitted by least squares, because cells
-    do not permit regular steps of direction and length.
+    The mean squares have the shape (d, k, n). The cosine and sine terms are fitted by least
+    squares, because cells do not permit regular steps of direction and length.
     """
     lag_rows = np.flatnonzero(is_resolved)
     growth = 2.0 * _mean_exponent(variations, lag_rows)
@@ -330,7 +341,10 @@ def _roughness_ratio(variations: Variations, is_resolved: BoolArray, roughest_de
 def _fit_exponent(
     variations: Variations, noise: float, directions: IntArray, missing_variance: float
 ) -> Exponent | None:
-    """Fit the exponent; `missing_variance` is that of the mean squared second differences, m2."""
+    """Fit the exponent over the given directions, or return None if this is not possible.
+
+    `missing_variance` is added to the mean squared second differences, m2.
+    """
     is_resolved = _is_resolved(variations, noise)
     sums = variations.sums[directions][:, is_resolved].sum(axis=0)
     counts = variations.counts[directions][:, is_resolved].sum(axis=0)
@@ -401,7 +415,7 @@ def _error95(jackknife: FloatArray) -> float:
 def _slope(lengths: FloatArray, squares: FloatArray) -> float:
     """Return the slope of the logarithms of squares and lengths.
 
-    The weights are the numbers (size / h)^2 of independent differences.
+    The weights are proportional to the numbers (size / h)^2 of independent differences.
     """
     x, y = np.log(lengths), np.log(np.maximum(squares, 1e-300))
     weight = 1.0 / lengths**2
@@ -410,7 +424,10 @@ def _slope(lengths: FloatArray, squares: FloatArray) -> float:
 
 
 def _is_resolved(variations: Variations, noise: float) -> BoolArray:
-    """Return for each distance (k,) whether its mean square exceeds that of noise."""
+    """Return for each distance (k,) whether its mean square clearly exceeds that of noise.
+
+    This must also apply to all longer distances.
+    """
     with np.errstate(invalid="ignore"):
         squares = np.nanmean(variations.mean_squares(), axis=0)
         is_above_noise = np.asarray(squares > MIN_NOISE_RATIO * NOISE_FACTOR * noise**2)
@@ -441,7 +458,7 @@ def _second_differences(
 
 
 def _part_indices(shape: tuple[int, ...]) -> IntArray:
-    """Return the index of the part of the surface (rows, columns) for each cell."""
+    """Return the index (rows, columns) of the part of the surface that contains each cell."""
     row, column = (np.arange(size) * PARTS_PER_SIDE // size for size in shape)
     return np.asarray(row[:, None] * PARTS_PER_SIDE + column[None, :])
 

@@ -2,10 +2,10 @@
 
 A plane is fitted robustly (iteratively reweighted least squares: first absolute deviations, then
 Tukey's biweight; Holland & Welsch 1977, Communications in Statistics A6, 813-827). Areas larger
-than single cells whose deviation exceeds the scatter about the plane and the noise of the model do
-not belong to it.
+than single cells do not belong to the planar part if they deviate by more than four times the
+scatter about the plane or the noise of the model, whichever is larger.
 
-If a third of the surface or more bends away, such a plane is a compromise that fits neither part.
+If a third of the surface or more bends away, this plane is a compromise that fits neither part.
 Therefore planes are also grown from parts of the surface, each over all cells within its own
 scatter. On a surface that is a single plane, however rough, or smoothly bent, they grow over the
 whole surface (for all of 200 self-affine surfaces with H from 0.3 to 0.9). If a plane stops growing
@@ -52,7 +52,7 @@ class PlanarPart:
     plane : (3,) ndarray
         Coefficients of the robust plane, height = a + b column + c row.
     remaining_plane : (3,) ndarray or None
-        Largest other plane if the surface is broken.
+        Largest other plane if the surface is broken; otherwise None.
     other_share : float
         Share of the known cells that lie in the other plane.
     """
@@ -175,7 +175,10 @@ def _planar_parts(
 def _grow_plane(
     columns: FloatArray, z: FloatArray, is_member: BoolArray, noise: float
 ) -> tuple[FloatArray, float, BoolArray] | None:
-    """Extend the plane of some cells to all cells within its scatter."""
+    """Extend the plane of some cells to all cells within its scatter.
+
+    Returns None if too few cells remain.
+    """
     plane: FloatArray = np.zeros(3)
     scatter = 0.0
     for _ in range(MAX_ITERATIONS // 2):

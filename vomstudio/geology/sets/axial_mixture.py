@@ -268,7 +268,7 @@ def _maximize(
 
 
 def _is_round(poles: FloatArray, mixture: Mixture) -> BoolArray:
-    """Return for each cluster (k,) whether its elongation is not worth its parameters."""
+    """Return for each cluster (k,) whether its elongation does not justify its parameters."""
     result = np.zeros(mixture.k, np.bool_)
     for j in range(mixture.k):
         offsets, membership = poles @ mixture.axes[j, 1:].T, mixture.posterior[:, j]

@@ -66,7 +66,9 @@ class Pieces:
 
 @dataclass(frozen=True)
 class Discontinuity:
-    """Discontinuity of a set; the outcrop only shows minimum values of persistence and area.
+    """Discontinuity of a set.
+
+    The outcrop only shows minimum values of persistence and area.
 
     Attributes
     ----------
@@ -77,13 +79,14 @@ class Discontinuity:
     offset_m : float
         Position along the upward normal of the set, relative to the middle of its planes, m.
     persistence_dip_m, persistence_strike_m : float or None
-        Lengths along the dip and the strike of the set, m.
+        Lengths along the dip and the strike of the set, m; None if a boundary is unknown.
     persistence_max_m : float or None
-        Longest chord, m.
+        Longest chord, m; None if a boundary is unknown.
     hull_m2 : float or None
-        Area of the convex hull of all pieces in the plane of the set, m2.
+        Area of the convex hull of all pieces in the plane of the set, m2; None if a boundary is
+        unknown.
     area_m2 : float or None
-        Total area of the pieces, m2; None if boundaries or areas are unknown.
+        Total area of the pieces, m2; None if both areas and boundaries are unknown.
     """
 
     id: str
@@ -115,14 +118,14 @@ class Arrangement:
     area_m2 : float
         Total area of all pieces, m2.
     p32_1_per_m, p32_low95_1_per_m, p32_high95_1_per_m : float
-        Area per volume for persistent planes, with the 95 % interval for random positions. The
-        upper limit separates pieces that are joined only because of their tilt. There is no
-        interval if only positions are known and several picks, each counted as a plane, may belong
-        to the same plane.
+        Area per volume for persistent planes, with the 95 % interval for random positions. For the
+        upper limit, pieces that are joined only because of their tilt are counted separately. There
+        is no interval if only positions are known and several picks, each counted as a plane, may
+        belong to the same plane.
     p32_exposed_1_per_m : float
         Area of the pieces divided by the volume that they span, a lower limit.
     rests_on : {"one face", "several faces"}
-        Number of outcrop faces over which all planes are distributed.
+        Whether the planes of all sets are on one outcrop face or on several.
     """
 
     discontinuities: int | None = None
@@ -456,7 +459,7 @@ def _ending_gap(offsets: FloatArray, shapes: list[Any]) -> float | None:
     """Return the mean distance along the normal to the nearest pieces above.
 
     This is the non-persistent spacing of Riquelme et al. 2015. `offsets` and `shapes` are in upward
-    order.
+    order. None if there is only one discontinuity.
     """
     import shapely
 

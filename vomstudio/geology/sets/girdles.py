@@ -27,7 +27,8 @@ def find_pairs_without_gap(
 
     For a uniform distribution along the great circle through both means, each third of the distance
     contains equal numbers of poles. Between two clusters the middle third contains fewer, with a
-    binomial p-value below 5 % for a uniform distribution.
+    binomial p-value below 5 % for a uniform distribution. Pairs with few poles between the means,
+    or without a clear elongation along the circle, are not tested.
 
     Parameters
     ----------

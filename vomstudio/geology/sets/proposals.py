@@ -53,12 +53,13 @@ class ProposedSet:
     dip_direction_deg, dip_deg : float
         Fisher mean of the planes after flipping them into one hemisphere, degrees.
     kappa : float or None
-        Fisher concentration; None for identical planes.
+        Fisher concentration; None for identical planes and for a single plane.
     cone95_deg : float or None
-        Half-angle of the 95 % confidence cone of the mean, degrees; None for a single plane.
+        Half-angle of the 95 % confidence cone of the mean, degrees; None if undefined, as for a
+        single plane.
     spacing_m, spacing_cv : float or None
         Mean gap along the mean normal, m, and the standard deviation of the gaps divided by this
-        mean; None if positions are unknown.
+        mean; None if too few positions are known.
     """
 
     name: str
@@ -80,9 +81,10 @@ class SetFit:
     better : {"fisher", "kent"} or None
         Distribution that fits better; None if neither could be fitted, as explained by `reason`.
     fisher_p, kent_p : float or None
-        p-values of the distributions; None if there are too few planes.
+        p-values of the distributions; None if not fitted or not tested.
     beta_over_kappa, elongated_p : float or None
-        Shape parameter of Kent's distribution, and p-value for the hypothesis of a round set.
+        Shape parameter of Kent's distribution, and p-value for the hypothesis of a round set; None
+        if this distribution was not fitted.
     """
 
     better: str | None
@@ -163,8 +165,8 @@ def propose_sets(
     GeometryError
         If the table has no planes.
     UsageError
-        If there are more sets than planes, if seeds are invalid or nearly identical, or if a
-        scanline is given but positions are unknown.
+        If there are more sets than planes, if there are too many seeds, if seeds are invalid or
+        nearly identical, or if a scanline is invalid or is given without positions.
     """
     options = SetOptions() if options is None else options
     scanline = parse_scanline(options.scanline)
@@ -359,7 +361,8 @@ def propose_sets_of_poles(
     Raises
     ------
     UsageError
-        If there are more sets than planes, or if seeds are invalid or nearly identical.
+        If there are more sets than planes, if there are too many seeds, or if seeds are invalid or
+        nearly identical.
     """
     options = SetOptions() if options is None else options
     exactly, seeds = options.exactly, parse_seeds(options.seeds)
@@ -515,7 +518,7 @@ def spacing_along_normal(
     -------
     gap, deviation : float or None
         Mean of the gaps in metres and their relative standard deviation; None if fewer than two
-        points are known.
+        points are known, or fewer than three for the deviation.
     """
     if positions is None:
         return None, None

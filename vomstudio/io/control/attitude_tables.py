@@ -69,7 +69,7 @@ class AttitudeTable:
     north_references : tuple of str
         North reference of each yaw: "grid", "true" or "magnetic".
     is_doubted : bool
-        Whether the yaws come from a compass, which may have a common error.
+        Whether the yaws may have a common error, like those of a compass.
     days : tuple of date or None
         Dates of the readings, if known.
     coordinates : (n, 2) float64
@@ -99,7 +99,8 @@ def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
     ----------
     path : str or Path
     north : str
-        North reference if the table does not state one: "grid", "true" or "magnetic".
+        North reference if the table does not state one: "grid", "true" or "magnetic". The yaws of a
+        `geo.txt` file always refer to true north.
 
     Raises
     ------
@@ -151,7 +152,10 @@ def attitude_table(
     positions: FloatArray | None = None,
     notes: tuple[Finding, ...] = (),
 ) -> AttitudeTable:
-    """Return a table in which values that are not given are NaN or None."""
+    """Return a table, with defaults for the values that are not given.
+
+    Missing numbers are NaN, missing dates are None, and the default north reference is "grid".
+    """
     n = len(photos)
     return AttitudeTable(
         photos,

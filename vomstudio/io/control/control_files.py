@@ -84,9 +84,9 @@ def find_program_control(photos: Path) -> tuple[Path, Path] | None:
 
 
 def _swapped_degrees_finding(control: Path, stated_crs: str, code: str) -> Finding | None:
-    """Return ``control.swapped-degrees`` if swapped degrees explain the different CRS.
+    """Return ``control.swapped-degrees`` if swapped degrees explain the other CRS, or None.
 
-    This is the case if the points would be in the zone `code` after swapping longitude and
+    They explain it if the first point would be in the zone `code` after swapping longitude and
     latitude.
     """
     from vomstudio.io.gis.crs import to_degrees, utm_zone
@@ -109,10 +109,11 @@ def _swapped_degrees_finding(control: Path, stated_crs: str, code: str) -> Findi
 
 
 def agreed_crs(control: Path, crs: str | None) -> str | None:
-    """Return the CRS of a model that is placed by a control file, or None for a local frame.
+    """Return the CRS of a model placed by a control file, or None for a local frame.
 
     This is the requested CRS, which must match that of the file if the file states one; without a
-    request, it is the CRS of the file. Raises UsageError.
+    request, it is the CRS of the file. Raises UsageError if the two differ, or InputError if
+    longitude and latitude are swapped in the file.
     """
     from vomstudio.io.gis.crs import metric_crs
 

@@ -20,7 +20,8 @@ class ControlFormat:
     name : str
         Display name.
     matches : callable
-        Function that returns whether a file has this format; False if the file is missing.
+        Function that returns whether a file has this format, or may have it if `is_certain` is
+        False. For `default_names`, it returns False if the file is missing.
     points : callable
         Function that returns the points of a file, either in a projected CRS in metres
         (`io.control.projection`) or in a local frame.

@@ -134,7 +134,10 @@ def _too_few_cells_finding(cells: list[str]) -> Finding:
 
 
 def _end_of_name(cells: list[str]) -> int:
-    """Return the end of a name that may contain spaces; it is followed by two numbers."""
+    """Return the number of cells of the photo name, which may contain spaces.
+
+    The name ends before the first two adjacent numbers; without them, it is one cell.
+    """
     for index in range(1, len(cells) - 1):
         if _number(cells[index]) is not None and _number(cells[index + 1]) is not None:
             return index

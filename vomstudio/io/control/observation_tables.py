@@ -345,11 +345,11 @@ def read_level_lines(path: str | Path) -> LevelTable:
 
 
 def read_compass(path: str | Path, azimuth: Azimuth | None = None) -> CompassTable:
-    """Read an orientation table together with the same planes and lines in the model frame.
+    """Read compass readings and the directions of the same features in the model frame.
 
-    The latter are unit vectors `model_x, model_y, model_z` (normals for planes) and optionally
-    `sigma_deg`. `azimuth` is the meaning of a column named azimuth. Raises InputError and
-    UsageError.
+    The table is an orientation table with additional columns: the vectors `model_x, model_y,
+    model_z` (normals for planes) and, optionally, the standard deviations `sigma_deg`. `azimuth`
+    is the meaning of a column named azimuth. Raises InputError and UsageError.
     """
     table = NamedTable(path, ())
     if not all(table.has(names) for names in _MODEL_COLUMNS):

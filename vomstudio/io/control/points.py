@@ -15,9 +15,9 @@ CONTROL, MARKS = "control.csv", "marks.csv"
 class ControlPoint:
     """Ground control point.
 
-    `position` contains east, north and up in the CRS of the project, in metres. `sigma_m` contains
-    the standard deviation of each coordinate, or None if not stated. `check` marks a check point,
-    which is not used for the model.
+    `position` contains east, north and up in the CRS of the project, in metres. `sigma_m` is the
+    standard deviation of each coordinate in metres, or None if not stated. `check` marks a check
+    point, which is not used for the model.
     """
 
     label: str

@@ -21,7 +21,7 @@ def project_points(
     path : Path
         File of the points, for error messages.
     points : sequence of ControlPoint
-        Points to convert; empty for a format that does not allow degrees.
+        Points to convert; if empty, a CRS in degrees is an error.
     text : str or None
         CRS as stated by the file in `line`.
     line : int, optional
@@ -37,7 +37,7 @@ def project_points(
     Raises
     ------
     InputError
-        If the CRS is unknown or not in metres.
+        If the CRS is unknown or not in metres, or if a point is not on Earth.
     """
     from pyproj import CRS
     from pyproj.exceptions import CRSError

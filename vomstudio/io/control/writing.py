@@ -27,7 +27,7 @@ _CRS = re.compile(r"# (?:EPSG:\d+|[A-Z]+CRS\[.*\])")
 def write_control(
     path: Path, points: Iterable[ControlPoint], crs: str | None = None
 ) -> Path | None:
-    """Write the table of points completely or not at all, or delete it if `points` is empty.
+    """Write the table of points completely or not at all; delete it if `points` is empty.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def write_control(
     Returns
     -------
     Path or None
-        Path of the backup if an existing table had different content.
+        Path of the backup of an existing table with other columns or comments, or None.
 
     Raises
     ------

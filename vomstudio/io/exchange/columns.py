@@ -17,7 +17,10 @@ Row = Mapping[str, Any]
 
 
 def write_tables(tables: Mapping[Path, str], *, force: bool) -> list[Path]:
-    """Write texts as UTF-8 files, either all or none. Raises TargetError."""
+    """Write texts as UTF-8 files, either all or none, and return their paths.
+
+    Raises TargetError.
+    """
     paths = list(tables)
     with atomic_group(paths, force) as temporaries:
         for temporary, text in zip(temporaries, tables.values(), strict=True):
@@ -59,7 +62,7 @@ def round_angle(value: float | None) -> float | None:
 
 
 def label(row: Row) -> str:
-    """Return the label of a feature."""
+    """Return the name of a feature, or its ID if it has no name."""
     return str(row["name"] or row["id"] or "")
 
 

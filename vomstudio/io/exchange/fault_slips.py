@@ -39,7 +39,7 @@ def is_line_on_plane(row: Row) -> bool:
 
 
 def faultkin_table(rows: Sequence[Row]) -> str:
-    """Return the table of lines on planes for which the direction of slip is known."""
+    """Return the table of lines on planes with a known direction of slip."""
     return delimited_text(FAULTKIN_COLUMNS, [_faultkin_row(row) for row in rows], "\t")
 
 

@@ -29,7 +29,7 @@ _GEOMETRY_TYPES = {"point": "Point", "line": "LineString", "ring": "Polygon"}
 def geojson_files(
     out: Path, layers: Sequence[Layer], crs: str | None, *, is_projected: bool = False
 ) -> dict[Path, str]:
-    """Return the text of each file: `out` for planes, and NAME_layer for each other layer.
+    """Return the text of each file by path: `out` for planes, NAME_layer for other layers.
 
     Parameters
     ----------
@@ -117,6 +117,6 @@ def _to_plain_value(value: Any) -> Any:
 
 
 def feature_properties(layer: Layer, row: int) -> Mapping[str, Any]:
-    """Return the figures of a feature that have a value."""
+    """Return the attributes of a feature that have a value, by name."""
     values = {name: _to_plain_value(column[row]) for name, column in layer.columns.items()}
     return {name: value for name, value in values.items() if value not in (None, "")}

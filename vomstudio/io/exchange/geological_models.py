@@ -2,8 +2,8 @@
 
 - GemPy 3 (`gempy.API.io_API`): orientations as X, Y, Z, azimuth (dip direction), dip, polarity (-1
   if overturned) and formation; points on surfaces as X, Y, Z, formation. `nugget` is the variance
-  that GemPy adds to the gradient of an orientation: the variance of the plane (whose 95 % region
-  has a half-angle of 2.45 standard deviations), or GemPy's default of 0.01 if it is unknown.
+  that GemPy adds to the gradient of an orientation. It follows from the half-angle of the 95 %
+  region of the plane (2.45 standard deviations) or, if that is unknown, is GemPy's default of 0.01.
 - LoopStructural (`GeologicalModel.data`): X, Y, Z, feature_name, and nx, ny, nz of the upward
   normal (downward for an overturned bed, that is, towards the younger side); points on surfaces by
   `interface`, one number for each surface of a feature.
@@ -26,7 +26,7 @@ LOOPSTRUCTURAL_COLUMNS = ("X", "Y", "Z", "feature_name", "nx", "ny", "nz", "inte
 
 
 def surface_name(kind: object, set_name: object) -> str:
-    """Return the surface of a feature: its set or, if it has no set, its type."""
+    """Return the name of a surface: the set of a feature, or else its type, or "surface"."""
     return str(set_name or kind or "surface")
 
 
@@ -49,7 +49,10 @@ def _gempy_row(row: Row) -> list[Any]:
 
 
 def nugget(row: Row) -> float:
-    """Return the variance of each component of a plane's unit normal."""
+    """Return the variance of each component of a plane's unit normal.
+
+    If the error of the plane is unknown, this is `UNKNOWN_NUGGET`.
+    """
     error = row["total95_deg"]
     return UNKNOWN_NUGGET if error is None else math.radians(error) ** 2 / CHI2_TWO
 
@@ -65,7 +68,10 @@ def gempy_points(layers: Sequence[Layer]) -> str:
 
 
 def loopstructural_table(rows: Sequence[Row], layers: Sequence[Layer]) -> str:
-    """Return planes with a position by their normals, and trace vertices by surface."""
+    """Return the table of planes and of the vertices of traces.
+
+    Planes have the components of their normals, and vertices the number of their surface.
+    """
     out: list[list[Any]] = []
     for row in rows:
         sign = -1.0 if row["overturned"] else 1.0

@@ -1,8 +1,8 @@
 """Layers as KML 2.2 for Google Earth and similar programs, in WGS 84 degrees.
 
 Planes and lines are drawn as map symbols at their heights; traces, lineations and patches are drawn
-with their own geometry. Each feature type has its colour. Heights are those of the project: above
-the geoid if the CRS defines them so, as required by KML.
+with their own geometry. Each feature type has its colour. Heights are those of the project and are
+not converted; KML defines them as heights above the geoid.
 """
 
 from __future__ import annotations

@@ -142,7 +142,10 @@ def _gems_row(row: Row) -> list[Any]:
 
 
 def _symbol(row: Row) -> str | None:
-    """Return the symbol of bedding; the names of other types are user-defined."""
+    """Return the FGDC symbol of a bedding plane, or None for other features.
+
+    The names of other types are user-defined, so their symbols are not known.
+    """
     if not is_plane(row) or (row["kind"] or "").casefold() != "bedding":
         return None
     if row["overturned"]:

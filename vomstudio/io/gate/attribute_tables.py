@@ -33,18 +33,20 @@ _MAX_DIFFERENCE_M = 1e-3
 def read_layer_table(path: Path, kind: FileKind, layer: str | None) -> TextTable:
     """Read the attributes of a layer, or a sheet of a workbook, as a table.
 
+    The layers `planes` and `lines` of a file that this program has written are joined.
+
     Parameters
     ----------
     path : Path
     kind : FileKind
         Kind of the file.
     layer : str or None
-        Name of the layer or sheet, required if several contain orientations.
+        Name of the layer or sheet, required if several others contain orientations.
 
     Raises
     ------
     InputError
-        If the file cannot be read.
+        If the file cannot be read or contains no rows.
     UsageError
         If the layer is missing, or several layers contain orientations.
     """
@@ -75,7 +77,11 @@ def _may_have_points(layer: VectorLayer) -> bool:
 
 
 def _select_table(path: Path, tables: Mapping[str, TextTable]) -> TextTable:
-    """Return the only table with orientations, the tables of this program, or the first table."""
+    """Return the table with orientations, or the first table if none has orientations.
+
+    The tables `planes` and `lines` of this program are joined. Raises UsageError if several other
+    tables have orientations.
+    """
     candidates = {
         name: table
         for name, table in tables.items()
@@ -90,7 +96,7 @@ def _select_table(path: Path, tables: Mapping[str, TextTable]) -> TextTable:
 
 
 def _join_tables(tables: list[TextTable]) -> TextTable:
-    """Return the rows of several tables; a missing column is empty."""
+    """Join the rows of several tables; the cells of missing columns are empty."""
     names = tuple(dict.fromkeys(name for table in tables for name in table.names or ()))
     rows = [
         [cells.get(name, "") for name in names]
@@ -105,7 +111,7 @@ def _join_tables(tables: list[TextTable]) -> TextTable:
 
 
 def _sheet_table(path: Path, sheet: VectorLayer) -> TextTable:
-    """Return a sheet of a workbook; its first row that is not empty may be a header."""
+    """Return a sheet of a workbook as a table; the first row with content may be a header."""
     columns = [[_cell(value) for value in values] for values in (sheet.columns or {}).values()]
     rows = [list(row) for row in zip(*columns, strict=True)]
     numbers = [number for number, row in enumerate(rows, 1) if any(row)]
@@ -133,10 +139,11 @@ def _attribute_table(path: Path, layer: VectorLayer) -> TextTable:
 def _positions(
     path: Path, layer: VectorLayer
 ) -> tuple[str | None, FloatArray | None, tuple[Finding, ...]]:
-    """Return the CRS and the coordinates (n, 3) of the points of a layer, in metres.
+    """Return the CRS, the coordinates (n, 3) in metres, and findings of a layer's points.
 
-    Degrees are converted to a suggested CRS. Positions that cannot be used are reported, because
-    the orientations do not depend on them.
+    Degrees are converted to the UTM zone of the points. CRS and coordinates are None if there are
+    no points or if they cannot be used. In the latter case a finding is returned
+    instead of an error, because the orientations do not depend on the positions.
     """
     import shapely
 

@@ -45,8 +45,8 @@ def choose_axes(
     -------
     StatedAxes
     findings : tuple of Finding
-        ``frame.crs-unreadable`` if the stated CRS is not known, and ``frame.crs-replaced`` if the
-        options specify a CRS other than that of the file.
+        ``frame.crs-unreadable`` if the stated CRS is not known and the options specify none;
+        ``frame.crs-replaced`` if the options specify a CRS other than that of the file.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def assumed_frame_findings(
     has_unit: bool,
     severity: Severity | None = None,
 ) -> tuple[Finding, ...]:
-    """Return ``frame.assumed`` if neither file nor options state up axis and unit.
+    """Return ``frame.assumed`` if neither file nor options state the up axis or the unit.
 
     Parameters
     ----------
@@ -159,7 +159,9 @@ def _option_axes(options: FrameOptions, height_unit: str | None, file: Path) -> 
 
 
 def _check_unit(axes: StatedAxes, unit: str, file: Path) -> StatedAxes:
-    """Return the axes with the unit given in the options.
+    """Compare the unit given in the options with the CRS, and return the axes to be used.
+
+    These are empty for a local system, whose unit is replaced by that of the options.
 
     Raises
     ------

@@ -1,8 +1,7 @@
 """Lines and polygons that were drawn in a GIS or CAD program, in metres.
 
-GeoPackage, GeoJSON, shapefiles, DXF and all other vector formats of GDAL are supported. Layers in
-degrees are rejected because their lengths are not metric; GeoJSON without a ``crs`` is in degrees
-(RFC 7946) and is converted.
+The formats are GeoPackage, GeoJSON, shapefile, DXF and KML. Layers in degrees are rejected because
+their lengths are not metric; GeoJSON without a ``crs`` is in degrees (RFC 7946) and is converted.
 """
 
 from __future__ import annotations
@@ -86,7 +85,7 @@ class DrawnLayer:
 
 @dataclass(frozen=True, eq=False)
 class RawLayer:
-    """Features of a layer as read, with heights, before any of them are excluded.
+    """Features of a layer with heights, before shapes of other kinds are excluded.
 
     Parameters
     ----------
@@ -339,7 +338,10 @@ def _reading_error(
 
 
 def _find_layer(path: Path, kinds: tuple[str, ...], progress: Progress | None) -> str | None:
-    """Return the only layer that may contain shapes of these kinds, or None."""
+    """Return the only layer that may contain shapes of these kinds, or None.
+
+    Raises UsageError if there are several.
+    """
     layers = list_layers(path, lambda: _reading_error(path), progress)
     symbols = symbol_layers(layer.name for layer in layers)
     # In GDAL, None means no geometry, and Unknown means any kind.
@@ -378,7 +380,7 @@ def _frame(
     options : FrameOptions
         Frame options of the caller.
     is_only_layer : bool
-        Whether the drawing does not belong to a model to whose CRS it would be converted.
+        Whether there is no model to whose CRS the drawing is converted.
     """
     if is_geojson_without_crs(path):
         if options.crs is not None:

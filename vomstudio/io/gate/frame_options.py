@@ -14,7 +14,10 @@ UpAxis = Literal["z", "y"]
 
 @dataclass(frozen=True)
 class FrameOptions(Options):
-    """Up axis, unit and CRS of a file. If None, the statement of the file is used.
+    """Up axis, unit and CRS of a file, and the CRS to which it is converted.
+
+    If one of the first three is None, the statement of the file is used. If `to_crs` is None, the
+    coordinates are not converted.
 
     Raises
     ------

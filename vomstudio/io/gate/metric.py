@@ -128,7 +128,8 @@ def check_metric(
     Returns
     -------
     tuple of Finding
-        ``frame.outside-area`` if the data are outside the area of use of the CRS.
+        ``frame.outside-area`` if the data are outside the area of use of the CRS; empty if the
+        bounds are not finite.
 
     Raises
     ------
@@ -168,7 +169,7 @@ def check_metric(
 
 
 def degrees_finding(bounds: FloatArray) -> Finding | None:
-    """Return ``frame.maybe-degrees`` if x and y may be longitude and latitude.
+    """Return ``frame.maybe-degrees`` if x and y may be longitude and latitude, or None.
 
     Parameters
     ----------

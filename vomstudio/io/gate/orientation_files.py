@@ -58,7 +58,7 @@ def read_any_table(
     InputError
         If the file cannot be read.
     UsageError
-        If the layer is missing, or several layers contain orientations.
+        If the layer is missing (as in a text table), or several layers contain orientations.
     """
     path = Path(path)
     if is_layer_file(path):
@@ -74,7 +74,10 @@ def read_any_table(
 
 
 def _use_commented_header(table: TextTable) -> TextTable:
-    """Return a table without a header with the names in its last comment, such as #Strike Dip."""
+    """Use the last comment such as #Strike Dip as the header of a table without a header.
+
+    Tables that have a header or no such comment are unchanged.
+    """
     if table.names is not None:
         return table
     for comment in reversed(table.comments):

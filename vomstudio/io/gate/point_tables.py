@@ -91,7 +91,8 @@ def read_row_positions(
     Returns
     -------
     WorldPoints or None
-        Points (n, 3), NaN for rows without coordinates; None if the table has no columns x, y, z.
+        Points (n, 3), NaN for rows without coordinates; None if the table has no columns x, y and z
+        that contain numbers.
 
     Raises
     ------

@@ -168,7 +168,10 @@ def _local_points(
 def _reproject(
     points: FloatArray, axes: StatedAxes, target: str, findings: tuple[Finding, ...], file: Path
 ) -> WorldPoints:
-    """Convert points to another CRS and check that it is metric there."""
+    """Convert points to another CRS and check that it is metric there.
+
+    Raises InputError if a point is outside the CRS or the CRS is not metric there.
+    """
     source = axes.crs
     if source is None:
         reason = axes_problem(axes, _bounds(points))

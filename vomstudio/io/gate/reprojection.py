@@ -89,8 +89,8 @@ class Reprojection:
     def jacobian(self, point: FloatArray) -> FloatArray:
         """Return the derivative (3, 3) of the conversion at a point, for converting normals.
 
-        Central differences are used, with a step far above rounding errors and far below the
-        curvature of the map.
+        Central differences are used. Their step is far larger than rounding errors and far smaller
+        than distances over which the derivative varies.
         """
         scale = max(1e-6 * float(np.abs(point[:2]).max()), 1e-6)
         steps = np.diag([scale, scale, max(scale, 1e-3)])

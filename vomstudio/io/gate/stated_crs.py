@@ -46,8 +46,8 @@ def parse_crs_comments(comments: Sequence[str]) -> StatedCrs:
     """Return the CRS that is stated in the comments of a table.
 
     The accepted forms are ``CRS: EPSG:32633``, ``CoordinateSystem: WKT`` (as written by Metashape),
-    WKT on a separate line, and a code at the start of a comment or of an item of a list in it, if
-    all comments state the same code.
+    WKT on a separate line, and a code at the start of a comment or after a comma, semicolon, colon
+    or bracket, if all comments state the same code.
 
     Parameters
     ----------

@@ -42,7 +42,8 @@ class StatedAxes:
     Parameters
     ----------
     crs : str or None
-        "EPSG:n" or WKT for the stored x, y (and z); None if the axes are not east, north and up.
+        "EPSG:n" or WKT for the stored x, y (and z); None if not stated, for a local system, and if
+        the axes are not east, north and up.
     kind : str
         Kind of the stated CRS; "local" is a CRS with a unit but without a position on Earth.
     units : Units
@@ -68,7 +69,11 @@ class StatedAxes:
 
     @property
     def metres(self) -> tuple[float, float, float]:
-        """Metres per unit of x, y and z; 1 for unknown units and degrees."""
+        """Metres per unit of x, y and z.
+
+        The horizontal factors are 1 for unknown units and degrees; an unknown vertical factor is
+        replaced by the horizontal one.
+        """
         horizontal_m = self.unit_m or 1.0
         return horizontal_m, horizontal_m, self.height_m or horizontal_m
 
@@ -206,7 +211,10 @@ def _are_equal_units(first_factor: float, second_factor: float) -> bool:
 
 
 def _axis_unit(axis: Any) -> tuple[str, float | None]:
-    """Return the name of the unit of a pyproj axis and its length in metres (None for angles)."""
+    """Return the name of the unit of a pyproj axis and its length in metres.
+
+    The length is None for angles and unknown units.
+    """
     name, factor = str(axis.unit_name), float(axis.unit_conversion_factor)
     if name in ("degree", "grad", "gon", "radian") or (
         axis.direction in ("north", "east") and _are_equal_units(factor, 0.017453292519943295)
@@ -221,7 +229,7 @@ def _axis_unit(axis: Any) -> tuple[str, float | None]:
 
 
 def _crs_name(crs: Any) -> str:
-    """Return "EPSG:n" if the code has the same units, otherwise WKT."""
+    """Return "EPSG:n" if a CRS has a code with the same units, otherwise WKT."""
     code = crs.to_epsg()
     if code is not None:
         from pyproj import CRS
@@ -300,7 +308,10 @@ def axes_problem(axes: StatedAxes, bounds: FloatArray) -> Finding | None:
 
 
 def suggested_zone(bounds: FloatArray) -> str:
-    """Return ``EPSG:n`` of the UTM zone (WGS 84) at the centre of data in degrees."""
+    """Return ``EPSG:n`` of the UTM zone (WGS 84) at the centre of data in degrees.
+
+    Returns ``EPSG:326xx`` if the centre is not finite.
+    """
     longitude, latitude = np.asarray(bounds, np.float64)[:, :2].mean(axis=0)
     if not np.isfinite([longitude, latitude]).all():
         return "EPSG:326xx"

@@ -75,7 +75,10 @@ def parse_crs(text: str) -> tuple[str, float]:
 
 
 def unit_in_metres(code: str) -> float:
-    """Return the metres per unit of x and y of a CRS, or 1 if its axes are not east and north."""
+    """Return the metres per unit of x and y of a CRS.
+
+    Returns 1 for a CRS that `parse_crs` rejects.
+    """
     if _WGS_84_UTM.fullmatch(code):
         # Avoid importing PROJ, which would delay the first display of a model.
         return 1.0
@@ -296,7 +299,10 @@ def _quote_text(text: str) -> str:
 
 
 def _can_have_kind(kind: str, bounds: FloatArray) -> bool:
-    """Return whether the coordinates of a model may be of this kind."""
+    """Return whether coordinates may be "geographic" or "geocentric", as stated by `kind`.
+
+    Returns False for other kinds.
+    """
     import numpy as np
 
     if not np.isfinite(bounds).all():
@@ -309,5 +315,5 @@ def _can_have_kind(kind: str, bounds: FloatArray) -> bool:
 
 
 def sidecar_path(model: Path) -> Path:
-    """Return the path of the CRS file for a model whose format cannot store a CRS."""
+    """Return the path of the CRS file `NAME.prj` of a model or table."""
     return model.with_suffix(".prj")

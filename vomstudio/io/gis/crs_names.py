@@ -34,7 +34,10 @@ class NamedCrs:
 
 @cache
 def projected_systems() -> tuple[NamedCrs, ...]:
-    """Return all valid systems (about 5000) by code, loaded once within half a second."""
+    """Return all valid projected systems (about 5000), in the order of their codes.
+
+    They are loaded once, which takes up to half a second.
+    """
     from pyproj.database import query_crs_info
     from pyproj.enums import PJType
 
@@ -53,8 +56,10 @@ def search_systems(
 ) -> list[NamedCrs]:
     """Find systems whose code, name or area contains every word of a text.
 
-    Systems with all words in code and name precede the others. They are sorted by preference, then
-    by an exact code, then by the datum WGS 84, then by the length of the name.
+    Systems that contain all words in code and name precede those that contain some
+    only in the area. The former are sorted by preference, then by an exact code, then by the datum
+    WGS 84, then by the length of the name; the latter by the length of the name. Returns an empty
+    list for an empty text.
 
     Parameters
     ----------

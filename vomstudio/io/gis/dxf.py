@@ -2,13 +2,13 @@
 
 Coordinates are written as the shortest decimals that restore each double.
 
-This module does not use a library, because all libraries tested were slower or less
-accurate (on two busy cores). Writing 200,000 points took 0.9 s and 33 MB; ezdxf 1.4.5 took
-18 s and 187 MB; its r12writer took 3.0 s, with coordinates rounded to 1e-6 and without
-layer colours and extended data; GDAL took 4.4 s, with errors of 5e-9 and the same
-omissions. 100 planes with traces, discs and their figures took 0.15 s, compared with 1.0 s
-for ezdxf, including 0.3 s for its import; 2000 planes took 2.8 s, compared with 12.9 s. The
-tests read the files with ezdxf and GDAL and compare every double.
+This module does not use a library, because all libraries tested were slower or less accurate (on
+two busy cores). Writing 200,000 points took 0.9 s and 33 MB; ezdxf 1.4.5 took 18 s and 187 MB; its
+r12writer took 3.0 s, with coordinates rounded to 1e-6 and without layer colours and extended data;
+GDAL took 4.4 s, with errors of 5e-9 and the same omissions. 100 planes with traces, discs and their
+attributes took 0.15 s, compared with 1.0 s for ezdxf, including 0.3 s for its import; 2000 planes
+took 2.8 s, compared with 12.9 s. The tests read the files with ezdxf and GDAL and compare every
+double.
 """
 
 from __future__ import annotations

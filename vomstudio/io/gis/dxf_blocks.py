@@ -28,6 +28,7 @@ def count_block_entities(path: Path) -> float:
     InputError
         If a block contains itself, or if there are more than `MAX_EXPANDED_ENTITIES` entities.
     OSError
+        If the file cannot be read.
     """
     entity_count = _Drawing(dxf_pieces(path)).count_expanded()
     if entity_count > MAX_EXPANDED_ENTITIES:
@@ -71,7 +72,10 @@ class _Drawing:
         return value_text(values.get(2, b"")).upper(), width, height
 
     def count_expanded(self) -> float:
-        """Return the number of expanded entities, which is infinite if a block contains itself."""
+        """Return the number of expanded entities.
+
+        It is infinite if a block contains itself or is nested more than `_MAX_DEPTH` levels deep.
+        """
         return sum(times * self._size(name, ()) for name, times in self._inserts[b""])
 
     def _size(self, block: bytes, parents: tuple[bytes, ...]) -> float:

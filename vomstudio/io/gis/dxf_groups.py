@@ -71,13 +71,14 @@ class DxfPiece:
 
 
 def dxf_pieces(path: str | Path) -> Iterator[DxfPiece]:
-    """Yield the parts of a drawing up to the first invalid part.
+    """Yield the parts of a drawing; a binary drawing ends where it is damaged.
 
     Raises
     ------
     InputError
         If the file is too large.
     OSError
+        If the file cannot be read.
     """
     data = read_small_file(path, MAX_BYTES)
     return _binary_pieces(data) if is_binary(data) else text_pieces(data)

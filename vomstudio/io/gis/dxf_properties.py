@@ -85,7 +85,7 @@ def read_dxf_properties(path: str | Path) -> DxfProperties:
 
 
 def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray) -> Selection:
-    """Select the entities of a drawing, as read by GDAL, that are lines.
+    """Select the entities of a drawing, as read by GDAL, that may be lines of the model.
 
     Parameters
     ----------
@@ -98,6 +98,7 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
     Returns
     -------
     is_kept : (n,) array of bool
+        False for symbols, dimensions, and entities in paper space or on hidden layers.
     findings : list of Finding
         Findings about excluded sheets (paper space), hidden layers, dimensions and bodies.
     """

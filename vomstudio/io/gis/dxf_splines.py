@@ -36,6 +36,7 @@ def add_spline_control_points(path: Path) -> Iterator[Path]:
     InputError
         If the file is too large.
     OSError
+        If the file cannot be read, or the copy cannot be written.
     """
     data = read_small_file(path, MAX_BYTES)
     changed_data = None if is_binary(data) or b"SPLINE" not in data else _add_control_points(data)

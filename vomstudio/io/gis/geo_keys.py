@@ -87,7 +87,7 @@ def decode_keys(keys: Keys) -> DecodedKeys:
 
 
 def read_tiff_keys(path: Path) -> Keys:
-    """Return the keys of the first picture of a GeoTIFF; empty if it has no keys."""
+    """Return the keys of the first picture of a GeoTIFF; empty if they cannot be read."""
     from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
     try:

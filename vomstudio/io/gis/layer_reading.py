@@ -70,6 +70,7 @@ def readable_layers(
     Raises
     ------
     InputError
+        If the file has another format, is damaged, or would exceed the memory.
     """
     import pyogrio
     from pyogrio.errors import DataLayerError, DataSourceError, FeatureError, GeometryError
@@ -211,7 +212,10 @@ def _refuse_many_attributes(path: Path) -> None:
 
 
 def symbol_layers(names: Iterable[str]) -> set[str]:
-    """Return the layers of symbols: `bedding_symbols` for `bedding` or `bedding_planes`."""
+    """Return the names of the layers that contain symbols, in lower case.
+
+    For example, `bedding_symbols` is returned if there is a layer `bedding` or `bedding_planes`.
+    """
     all_names = {name.casefold() for name in names}
     layers = set()
     for name in all_names:

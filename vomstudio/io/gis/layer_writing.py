@@ -48,6 +48,7 @@ def write_layer(
     Raises
     ------
     TargetError
+        If the layer cannot be written.
     """
     import shapely
     from pyogrio.errors import DataSourceError, FieldError, GeometryError

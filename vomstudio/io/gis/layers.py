@@ -37,7 +37,7 @@ class Layer:
 
     @property
     def classes(self) -> list[str]:
-        """Class of each feature, which determines its colour; empty if the layer has no classes."""
+        """Class of each feature, which determines its colour; "" if the layer has no classes."""
         return [str(word) for word in self.columns.get(self.by, [""] * len(self.shapes))]
 
     def colors_by_class(self, types: Mapping[str, str], default: str) -> dict[str, str]:

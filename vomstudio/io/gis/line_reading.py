@@ -192,7 +192,10 @@ def _feature_attributes(columns: Mapping[str, AnyArray], count: int) -> list[Fea
 
 
 def _column_texts(columns: Mapping[str, AnyArray], name: str) -> list[str] | None:
-    """Return the texts of a column, whose name is compared case-insensitively."""
+    """Return the texts of the column `name`, or None if it is missing.
+
+    The case of the column names is ignored.
+    """
     for key, values in columns.items():
         if key.casefold() == name:
             return ["" if value is None else str(value) for value in values]

@@ -113,7 +113,10 @@ def _add_layer(
 
 
 def _id(index: int, layer: MapLayer) -> str:
-    """Return a unique ID: QGIS renames layers with short IDs, but not in the layer tree."""
+    """Return a unique ID of a layer.
+
+    It is long because QGIS renames layers with short IDs, but not in the layer tree.
+    """
     return f"{layer.name}_{uuid5(NAMESPACE_OID, f'{layer.name} {index}')}".replace("-", "_")
 
 

@@ -94,7 +94,7 @@ def _encode_text(text: str) -> bytes:
 
 
 def is_too_large(n_points: int, columns: Sequence[DbfColumn]) -> bool:
-    """Return whether a file with this number of points exceeds the limit of programs."""
+    """Return whether a file with this number of points is too large for many programs."""
     row = 1 + sum(column.width for column in columns)
     return n_points * max(POINT_BYTES, row) > MAX_BYTES - 10_000
 

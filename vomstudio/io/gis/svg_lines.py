@@ -192,7 +192,7 @@ def read_svg(path: str | Path) -> SvgDrawing:
 
 
 def _content(path: Path) -> bytes:
-    """Read a file that may be compressed (.svgz)."""
+    """Read a file that may be compressed (.svgz). Raises InputError."""
     size_error = InputError(Finding("file.too-large", limit_mb=_MAX_BYTES >> 20), file=path)
     try:
         data = read_small_file(path, _MAX_BYTES)
@@ -223,7 +223,7 @@ def _simplify_svg(data: bytes, path: Path) -> bytes:
     """Remove embedded pictures and expand entities.
 
     Embedded pictures exceed the parser's limit for attributes, and Illustrator declares entities
-    for its namespaces.
+    for its namespaces. Raises InputError if the result is too large.
     """
     data = re.sub(rb"""(["'])data:[^"']*""", rb"\1data:", data)
     doctype = _DOCTYPE.search(data[:65_536])

@@ -148,7 +148,7 @@ def _rectangle(element: Any, view: tuple[float, float]) -> list[Piece]:
 
 
 def _path_pieces(text: str) -> list[tuple[FloatArray, bool]]:
-    """Return the pieces of a `d` attribute."""
+    """Return the pieces of a `d` attribute. Raises ValueError."""
     tokens = re.findall(rf"[MmLlHhVvCcSsQqTtAaZz]|{NUMBER}", _separate_flags(text))
     pieces: list[tuple[FloatArray, bool]] = []
     points: list[complex] = []

@@ -85,7 +85,9 @@ def list_layers(
 
     Raises
     ------
-    InputError, Cancelled
+    InputError
+        If the file cannot be read.
+    Cancelled
     """
     return _request_layers(path, {"names": [], "sheets": has_sheets}, reading_error, progress)
 
@@ -119,7 +121,9 @@ def read_layers(
 
     Raises
     ------
-    InputError, Cancelled
+    InputError
+        If the file cannot be read or has too many features.
+    Cancelled
     """
     request = {
         "names": list(names),
@@ -292,7 +296,7 @@ def _process_request(request: dict[str, Any]) -> bytes:
 
 
 class _Unreadable(InputError):
-    """Unreadable file; the message is produced by the requesting process."""
+    """Error for an unreadable file; the requesting process produces the message."""
 
 
 if __name__ == "__main__":

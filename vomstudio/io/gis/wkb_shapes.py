@@ -62,7 +62,10 @@ def excluded_surfaces_finding(count: int) -> Finding:
 
 
 def _remove_surfaces(data: bytes, offset: int, depth: int) -> tuple[bytes | None, int, int]:
-    """Return a shape without surfaces (None if it is one), its end offset, and their number."""
+    """Return a shape without surfaces (None if it is one), its end, and their number.
+
+    Raises ValueError if the data are not valid WKB.
+    """
     if depth > _MAX_DEPTH or offset >= len(data) or data[offset] > 1:
         raise ValueError("not WKB")
     byte_order = "<" if data[offset] else ">"

@@ -35,8 +35,8 @@ def write_converted(
 
     Raises
     ------
-    InputError, UsageError, Cancelled
-        As for `read_model`.
+    InputError, UsageError, TargetError, GeometryError, Cancelled
+        As for `read_model` and `write_model`.
     """
     loaded_model = read_model(path, progress, options)
     code = "".join(

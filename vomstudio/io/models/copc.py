@@ -104,7 +104,10 @@ class OctreeNodes:
 
 
 class CopcFile:
-    """Open COPC file. Pages of its node table are read once, when they are first needed."""
+    """Reader of an open COPC file.
+
+    Each page of its node table is read once, when it is first needed.
+    """
 
     def __init__(self, path: str | Path) -> None:
         """Open the file. Raises InputError if it is damaged or not a COPC file."""
@@ -211,7 +214,10 @@ class CopcFile:
         ).select_rows(is_selected)
 
     def overview(self, count: int) -> OctreeNodes:
-        """Return the first levels with a total of about `count` points, at least one level."""
+        """Return the nodes of the first levels, with a total of about `count` points.
+
+        The first level is always returned, and further levels up to a total of 1.5 times `count`.
+        """
         selected_nodes = self.nodes(range(1))
         for level in range(1, MAX_LEVEL):
             candidates = self.nodes(range(level + 1))
@@ -323,7 +329,7 @@ def nodes(
 def read_crs(path: str | Path) -> tuple[str | None, tuple[Finding, ...]]:
     """Return the CRS of a COPC file or its `NAME.prj`, and findings about it.
 
-    Raises InputError if x and y are in degrees.
+    Raises InputError if the coordinates cannot be used, for example if they are in degrees.
     """
     with CopcFile(path) as file:
         if file.refusal_finding is not None:

@@ -61,9 +61,10 @@ def establish_frame(
 ) -> FrameWithFindings:
     """Determine the frame of a model that was read with the same options.
 
-    A file that states nothing is assumed to be local, in metres, with z up. A registration next to
-    the file (`find_registration`) determines its placement unless the options or the file state
-    another frame.
+    A file that states nothing is assumed to be local, in metres, with z up; a model that was
+    reconstructed without scale has an undeclared frame. A registration next to the file
+    (`find_registration`) determines its placement unless the options or the file state another
+    frame.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ def establish_frame(
     Returns
     -------
     FrameWithFindings
-        Frame, with ``frame.assumed`` if neither file nor options define up axis and unit.
+        Frame, with ``frame.assumed`` if neither file nor options define the up axis or the unit.
 
     Raises
     ------
@@ -144,12 +145,16 @@ def find_matching_registration(
 ) -> SidecarRegistration:
     """Find the registration next to a model and compare its CRS with that of the file.
 
+    If the CRSs differ, ``registration.other-frame`` is returned instead of the registration. A
+    registration without errors is ignored. If the file contains local World coordinates, the
+    registration adopts its CRS, provided that this is in metres.
+
     Parameters
     ----------
     path : Path
     content_hash : str
         SHA-256 of the model file.
-    stated_crs : str, optional
+    stated_crs : str or None
         CRS stated by the file.
     """
     sidecar = find_registration(path, content_hash)
@@ -243,7 +248,7 @@ def check_frame(
     Raises
     ------
     InputError
-        With the code ``frame.not-metric``.
+        As for `check_metric`.
     """
     if frame.crs is None:
         return ()

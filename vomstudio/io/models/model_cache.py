@@ -214,8 +214,8 @@ def cache_folder(path: Path, cache: Path) -> Path:
 def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedModel:
     """Return the model at `path` from the cache in `folder`, which is updated if outdated.
 
-    The cache is valid if the file has the same size and time, or otherwise the same SHA-256. Raises
-    the errors of `read_model`.
+    The cache is valid if the sidecar files are unchanged and the file has the same size and time,
+    or otherwise the same SHA-256. Raises the errors of `read_model`.
     """
     if (cache := _valid_cache(Path(path), folder)) is not None:
         return cache
@@ -252,7 +252,10 @@ def load_for_transfer(
 
 
 def read_transfer_folder(folder: Path) -> LoadedModel:
-    """Read the folder from `load_for_transfer`. Raises the errors of `open_cache_folder`."""
+    """Read the folder from `load_for_transfer`, and delete it if it is temporary.
+
+    Raises the errors of `open_cache_folder`.
+    """
     try:
         return open_cache_folder(folder)
     finally:

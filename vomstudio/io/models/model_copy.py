@@ -33,7 +33,7 @@ PHOTOS = Path("photos")
 def companions(model: Path) -> list[Path]:
     """Return the other files that a model needs, in the folder of the model or below it.
 
-    These are the .prj, offset or registration file of the model; the material files and images of
+    These are the .prj, offset and registration files of the model; the material files and images of
     an OBJ; the buffers and images of a glTF; the images of a PLY; the world file and mask of a
     GeoTIFF.
     """
@@ -138,7 +138,7 @@ def copy_model(
 
 
 def count_photos(model: Path, cameras: Path | None = None) -> tuple[int, int]:
-    """Return the photos that `copy_model` could copy.
+    """Return the number and total size of the photos that `copy_model` could copy.
 
     Returns
     -------

@@ -64,11 +64,11 @@ def unquote(name: str) -> str:
 
 
 def find_companion(folder: Path, name: str) -> tuple[Path | None, str | None]:
-    """Find the file that `name` refers to in or below `folder`, and a warning about it.
+    """Find the file that `name` refers to in or below `folder`.
 
-    Backslashes separate folders. Case is ignored unless a file matches exactly. A path outside
-    the folder is never opened: a file with the same name in the folder is used instead if it
-    exists.
+    Returns the path, or None, and the reason if the file is not found or was replaced by another.
+    Backslashes separate folders. Case is ignored unless a file matches exactly. A path outside the
+    folder is never opened: a file with the same name in the folder is used instead if it exists.
     """
     posix_name = unquote(name).replace("\\", "/")
     if not posix_name or "\0" in posix_name:
@@ -280,7 +280,11 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
 def _find_image(
     value: str, library_folder: Path, folder: Path
 ) -> tuple[Path | None, str | None, bool]:
-    """Return the image of a map statement, a warning about it, and whether it is missing."""
+    """Return the image of a map statement, a warning about it, and whether it is missing.
+
+    The image is None if it is missing or cannot be read; the warning is None if it is used as
+    stated.
+    """
     problem: str | None = None
     for name in dict.fromkeys((unquote(value), parse_map_statement(value)[0])):
         for search_folder in dict.fromkeys((library_folder, folder)):
@@ -295,7 +299,7 @@ def _find_image(
 def _image_by_material_name(
     material: str, materials: Iterable[str], folders: Iterable[Path]
 ) -> Path | None:
-    """Return the only image whose name begins with the name of a material.
+    """Return the only image whose name begins with the name of a material, or None.
 
     Polycam 3.4.5 writes ``map_Kd not_found`` next to ``NAME_ab12.jpg``. An image whose name begins
     with the longer name of another material belongs to that material.

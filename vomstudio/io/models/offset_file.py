@@ -72,7 +72,7 @@ def read_offset(model: Path) -> Offset:
 
 
 def extract_crs_text(text: str) -> str | None:
-    """Return the CRS stated in a text as a code or WKT."""
+    """Return the CRS stated in a text as a code or WKT, or None."""
     code, wkt = _EPSG.search(text), _WKT.search(text)
     if wkt is not None:
         return wkt.group(1).strip()
@@ -80,7 +80,7 @@ def extract_crs_text(text: str) -> str | None:
 
 
 def parse_file_crs(text: object, file_name: str) -> tuple[str | None, Finding | None]:
-    """Return the CRS stated by a file if it is valid, and otherwise a finding."""
+    """Return the CRS stated by a file, or None, and a finding if it is not valid."""
     if text is None:
         return None, None
     if isinstance(text, str) and len(text) <= MAX_BYTES:

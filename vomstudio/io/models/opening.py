@@ -59,13 +59,13 @@ MAX_FIELDS = 300
 def read_model(
     path: str | Path, progress: Progress | None = None, options: FrameOptions = DEFAULT_FRAME
 ) -> LoadedModel:
-    """Read a model from a file of any supported format, in a metric frame.
+    """Read a model from a file of any supported format.
 
     Damaged parts of the file are omitted and reported in `warnings`. If neither the options nor the
     file state a CRS, that in `NAME.prj` next to the file is used. x, y and z have the same unit,
-    that of the horizontal axes of the CRS: heights in another unit are converted, which is
-    reported. `content_hash` is the SHA-256 of the file itself; for an OBJ file, the MTL and images
-    are not included because measurements depend only on the geometry.
+    that of the horizontal axes of the CRS, or metres in a local CRS: heights in another unit are
+    converted, which is reported. `content_hash` is the SHA-256 of the file itself; for an OBJ file,
+    the MTL and images are not included because measurements depend only on the geometry.
 
     Parameters
     ----------
@@ -78,7 +78,10 @@ def read_model(
     Raises
     ------
     InputError
-        If the file cannot be read, or if coordinates in degrees are not converted.
+        If the file cannot be read, or if its axes cannot be used for a model (such as degrees)
+        and are not converted.
+    UsageError
+        If an option is not valid or contradicts the file.
     Cancelled
         If the user cancels through `progress`.
     """
@@ -89,7 +92,10 @@ def read_model(
 
 
 def _read(path: Path, progress: Progress | None) -> LoadedModel:
-    """Return the model in the form in which the reader of the format returns it."""
+    """Return the model as the reader of its format returns it, with the hash of the file.
+
+    Raises InputError if the file cannot be read.
+    """
     progress = progress or SilentProgress()
     reader = choose_reader(path, read_head(path))
     stop_event = threading.Event()
@@ -254,7 +260,10 @@ def _cloud_resolution(points: FloatArray) -> float:
 
 
 def _resolution_in_windows(points: FloatArray, spacing: float) -> float:
-    """Return the median resolution in windows of 60 spacings around some points."""
+    """Return the median resolution in windows of 60 spacings around some points.
+
+    Returns NaN if the spacing is not valid, and the spacing if no window has a resolution.
+    """
     if not np.isfinite(spacing) or spacing <= 0:
         return float("nan")
     # A few thousand points, of which the inner ones have all their neighbours.
@@ -289,7 +298,10 @@ def _mean_spacing(tree: object, queries: FloatArray) -> float:
 
 
 def _brute_force_distances(local_points: FloatArray) -> FloatArray:
-    """Compute the distances that a k-d tree would return, avoiding the slow import of scipy."""
+    """Compute the four smallest distances from each point, including that to itself.
+
+    They are those that a k-d tree would return, without the slow import of scipy.
+    """
     x, y, z = (local_points[:, None, j] - local_points[None, :, j] for j in range(3))
     return np.sort(np.sqrt(x * x + y * y + z * z), axis=1)[:, :4]
 
@@ -312,11 +324,13 @@ def convert_axes(
 ) -> tuple[LoadedModel, Finding | None]:
     """Determine the CRS of a model and convert x, y and z to the same unit.
 
+    With `to_crs` in the options, the coordinates are converted to that CRS.
+
     Returns
     -------
     loaded : LoadedModel
     refusal_finding : Finding or None
-        Reason why the data cannot be used as a model.
+        Reason why the data cannot be used as a model, or None.
     """
     findings: list[Finding] = list(loaded_model.warnings)
     axes = _axes(loaded_model, options, findings)

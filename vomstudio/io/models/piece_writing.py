@@ -37,9 +37,9 @@ def write_piece(
 ) -> tuple[Path, list[Finding]]:
     """Write selected faces or points of a model to a new folder below `folder`.
 
-    The format is PLY, which stores doubles, colours, fields and textures; if a material has a plain
-    colour, it is OBJ, which can store that. NAME.piece.json next to it states the source, its hash
-    and the number of its faces or points. Either all files or none are written.
+    The format is PLY, which stores doubles, colours, fields and textures; if a material has no
+    texture, it is OBJ, which stores plain colours. NAME.piece.json next to it states the source,
+    its hash and the number of its faces or points. Either all files or none are written.
 
     Parameters
     ----------
@@ -66,7 +66,10 @@ def write_piece(
     ------
     InputError
         If the source has changed.
+    GeometryError
+        If the selection is empty.
     TargetError, Cancelled
+        As for `write_model`.
     """
     if loaded_model.content_hash != content_hash:
         raise InputError(Finding("model.file-changed"), file=source)

@@ -141,7 +141,7 @@ def placing_error_m(model: Path) -> float | None:
 
 
 def _control_points(registration: Mapping[str, Any]) -> tuple[RegistrationPoint, ...]:
-    """Return the control points or camera positions that were used.
+    """Return the control and check points, or the camera positions that were used.
 
     The model is already in the World frame, so its coordinates of a point are the surveyed
     coordinates plus the residual.

@@ -167,7 +167,10 @@ def _sha256(path: Path) -> str:
 
 
 def _listed_files(path: Path, registration: Registration) -> Mapping[str, str] | None:
-    """Return the files listed in a registration file, or None if its registration differs."""
+    """Return the files listed in a registration file, or None.
+
+    None means that the file contains another registration or cannot be read.
+    """
     try:
         stored_registration = read_registration(path)
     except InputError:

@@ -29,7 +29,10 @@ def find_readers() -> LoadedPlugins[Reader]:
 
 
 def default_reader(extension: str) -> Reader | None:
-    """Return the first built-in reader for an extension, without importing the others."""
+    """Return the built-in reader that is tried first for an extension, or None.
+
+    The other readers are not imported.
+    """
     from vomstudio.io.models import formats
 
     name = formats.MODULES_BY_SUFFIX.get(extension)
@@ -48,7 +51,7 @@ def extensions() -> tuple[str, ...]:
 
 
 def supported_formats() -> str:
-    """Return the supported formats as text, such as 'LAS/LAZ point cloud (.las, .laz), ...'."""
+    """Return the supported formats as text, such as 'LAS/LAZ point cloud (.las, .laz)'."""
     readers = find_readers()
     formats = [f"{tr(reader.name)} ({', '.join(reader.extensions)})" for reader in readers.all]
     return ", ".join([*formats, *map(str, readers.problems)])

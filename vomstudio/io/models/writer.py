@@ -20,7 +20,7 @@ class WriteRequest:
     Attributes
     ----------
     data : Mesh or PointCloud
-        Geometry in the World frame, with the properties of `axes`.
+        Geometry in the World frame, or in model units if `axes` states so.
     crs : str or None
         "EPSG:n" or WKT, or None if there is no CRS.
     force : bool

@@ -73,7 +73,7 @@ def write_model(
     axes: Axes = WORLD_AXES,
     registration: Registration | None = None,
 ) -> list[Finding]:
-    """Write a World-frame model in the format of the suffix, completely or not at all.
+    """Write a model in the format of the suffix, completely or not at all.
 
     Parameters
     ----------
@@ -103,7 +103,9 @@ def write_model(
         If the suffix is not supported.
     GeometryError
         If coordinates are not finite.
-    TargetError, Cancelled
+    TargetError
+        If a file cannot be written, or exists and must not be replaced.
+    Cancelled
     """
     path = Path(path)
     writer = choose_writer(path)

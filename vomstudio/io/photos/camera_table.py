@@ -58,7 +58,10 @@ class CameraModel:
 
 
 def camera_label(make: str | None, model: str | None) -> str | None:
-    """Return make and model as one name; for example, a make repeated in the model is omitted."""
+    """Return make and model as one name, or the make if the model is unknown.
+
+    Only the first word of the make is used; it is omitted if the model begins with it.
+    """
     if not model:
         return make
     make_words = (make or "").split()
@@ -98,7 +101,10 @@ def _models_by_name() -> dict[str, CameraModel]:
 
 
 def find_camera(name: str | None) -> CameraModel | None:
-    """Return a model by name, with or without make, ignoring case, spaces and hyphens."""
+    """Return a model by name, with or without make, or None.
+
+    Names are compared by their letters and digits, ignoring case.
+    """
     return _models_by_name().get(_normalize(name)) if name else None
 
 

@@ -64,7 +64,7 @@ def mask_png(is_used: BoolArray) -> bytes:
 def write_mask(path: Path, is_used: BoolArray) -> Path | None:
     """Write a mask (height, width) atomically; True marks the used part of the photo.
 
-    Returns the new path of an existing mask that was created by another program or person. Raises
+    Returns the new path of an existing mask from another program or person, or None. Raises
     TargetError.
     """
     from PIL import Image

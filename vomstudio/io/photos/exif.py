@@ -221,7 +221,7 @@ def _aperture(tags: Mapping[int, Any]) -> float | None:
 
 
 def _power(value: Any, factor: float) -> float | None:
-    """Return the power of two that an APEX value denotes."""
+    """Return the power of two that an APEX value denotes, or None if it is not valid."""
     number = _number(value)
     return 2.0 ** (factor * number) if number is not None and abs(number) < 64 else None
 

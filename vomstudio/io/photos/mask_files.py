@@ -48,9 +48,10 @@ class MaskFinder:
         return path.parent, path.name.casefold()
 
     def find_mask(self, photo: Photo) -> tuple[Path | None, Finding | None]:
-        """Return the mask of a photo, or the reason why the existing one is not used.
+        """Return the mask of a photo, and a finding if the mask is scaled or not used.
 
-        If there are several masks, the first one is used, which is the one drawn with this program.
+        Either may be None. If there are several masks, the first one is used, which is the one
+        drawn with this program.
         """
         path = photo.path
         mask_paths = (
@@ -95,7 +96,7 @@ class MaskFinder:
         return self._stem_counts[folder][path.stem.casefold()] > 1
 
     def _neighbour_folder_mask(self, key: tuple[Path, str]) -> Path | None:
-        """Return the mask in a folder next to the given one."""
+        """Return a mask in a folder `mask` or `masks` next to the photo folder, or None."""
         folder = key[0]
         if folder.parent != self._root.parent or folder.name not in _FOLDER_NAMES:
             return None

@@ -15,7 +15,7 @@ MIN_CONTRADICTION_M = 1.0
 
 
 def signed_altitude(exif_m: float | None, xmp_m: float | None) -> float | None:
-    """Return the height whose sign is consistent.
+    """Return the height from EXIF, or that from XMP if their signs contradict each other.
 
     Some drones mark heights above sea level as "below sea level" in EXIF. The XMP height is a
     signed number. Heights of different magnitude may refer to different surfaces and are not
@@ -30,7 +30,7 @@ def signed_altitude(exif_m: float | None, xmp_m: float | None) -> float | None:
     -------
     float or None
         Height from XMP if both have the same magnitude and opposite signs, otherwise that from
-        EXIF.
+        EXIF, which may be None.
     """
     if exif_m is None or xmp_m is None:
         return exif_m
@@ -58,8 +58,8 @@ def altitude_findings(photos: Sequence[Photo]) -> list[Finding]:
 def drop_unmeasured_angles(photos: Sequence[Photo]) -> tuple[list[Photo], list[Finding]]:
     """Drop yaw, pitch and roll of exactly 0, as written by cameras without a sensor.
 
-    They are not measurements if all photos of a camera that state angles state these values. A
-    single such photo among others may be a measurement.
+    They are not measurements if all photos of a camera that have angles have these values. A single
+    such photo among others may be a measurement.
 
     Returns
     -------

@@ -9,7 +9,8 @@ def photo_finder(names: Sequence[str]) -> Callable[[str], int | None]:
     """Return a function that finds the number of a photo from its name.
 
     Names are matched exactly, then by file name, then by stem if one of the two names has no
-    suffix. The latter two matches ignore case and must be unique.
+    suffix. The latter two matches ignore case and must be unique. The function returns None if no
+    name matches.
     """
     row_by_name = {name: row for row, name in enumerate(names)}
     tables: list[dict[str, list[int]]] = [{}, {}]

@@ -143,9 +143,9 @@ def thumbnail(photo: Photo | str | Path, size: int = 256) -> ByteArray:
 
 
 def grey(photo: Photo | str | Path, size: int | None = None) -> ByteArray:
-    """Return stored grey values (h, w) uint8, reduced to a long side of about `size`.
+    """Return stored grey values (h, w) uint8, reduced to a long side of at most `size`.
 
-    Raises InputError.
+    If `size` is None, they are not reduced. Raises InputError.
     """
     path = Path(photo) if isinstance(photo, str | Path) else photo.path
     with open_photo(path) as image:

@@ -126,7 +126,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     Raises
     ------
     InputError
-        If the folder does not exist.
+        If the folder does not exist or cannot be read.
     NoPhotosError
         If the folder contains no usable photos.
     """
@@ -179,9 +179,10 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
 
 
 def photo_names(folder: str | Path) -> list[str]:
-    """Return the names of the photos in a folder as `read_photos` does, without opening them.
+    """Return the names of the files in a folder that `read_photos` would read.
 
-    Raises InputError if the folder does not exist.
+    They are not opened, so they may include duplicates and unusable photos. Raises InputError if
+    the folder does not exist.
     """
     root = Path(folder)
     return [
@@ -432,9 +433,9 @@ def _focal(
 ) -> tuple[float | None, str | None, float | None, list[Finding]]:
     """Return focal length in pixels, its source, sensor width in mm, and findings.
 
-    The 35 mm equivalent is based on the width (36 mm along the long side); based on the diagonal,
-    it would be 4 % less for a 4:3 sensor. The used part of the sensor follows from the number of
-    pixels as taken.
+    The first three are None if unknown. The 35 mm equivalent is based on the width (36 mm along the
+    long side); based on the diagonal, it would be 4 % less for a 4:3 sensor. The used part of the
+    sensor follows from the number of pixels as taken.
     """
     findings: list[Finding] = []
     long_side, short_side = max(width, height), min(width, height)
@@ -495,7 +496,7 @@ def _add_mask(photo: Photo, mask: Path | None) -> Photo:
 
 
 def _has_matching_photo(path: Path, photos: Sequence[Path]) -> bool:
-    """Return whether there is a JPEG for a raw file, which therefore needs no finding."""
+    """Return whether a photo with the same name is next to a file, such as a raw file."""
     return any(photo.parent == path.parent and photo.stem == path.stem for photo in photos)
 
 

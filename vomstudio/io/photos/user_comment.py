@@ -4,8 +4,9 @@ Recognised forms, in any order and with any separators:
 
 - ``Roll 1.5 Pitch -8.0 Yaw 120.0`` (Raspberry Pi and Pixhawk cameras)
 - ``Pitch: -8.0, Yaw: 120.0, Roll: 1.5`` and ``yaw=120,pitch=-8,roll=1.5`` (Android camera apps)
-- JSON with ``yaw``, ``pitch`` and ``roll``, also as strings, or with ``CameraYaw`` ... (Yuneec
-  photos updated from flight logs) or ``camera_pan`` and ``camera_tilt`` (fixed cameras)
+- JSON with ``yaw``, ``pitch`` and ``roll``, also as strings, or with ``CameraYaw`` and
+  ``CameraPitch`` (Yuneec photos updated from flight logs) or ``camera_pan`` and ``camera_tilt``
+  (fixed cameras)
 
 Angles are those of the optical axis in degrees: yaw from true north, pitch 0 for level and -90 for
 straight down.

@@ -3,11 +3,11 @@
 The conventions of all vendors are converted to a single one: yaw clockwise from north, pitch of the
 optical axis above the horizon (-90 is straight down), roll about the axis.
 
-- DJI and Autel (`GimbalYawDegree` ...): the same.
-- Parrot (`CameraYawDegree` ...): the same (Parrot's "Embedded Photo Metadata").
+- DJI and Autel (`GimbalYawDegree` and similar tags): the same.
+- Parrot (`CameraYawDegree` and similar tags): the same (Parrot's "Embedded Photo Metadata").
 - Skydio (`CameraOrientationNED`: Yaw, Pitch, Roll): the same.
-- Pix4D's `Camera` tags (senseFly, Parrot Sequoia, XAG ...): attitude of the aircraft, from which
-  the camera points straight down; its roll tilts the view sideways.
+- Pix4D's `Camera` tags (senseFly, Parrot Sequoia, XAG and others): attitude of the aircraft, from
+  which the camera points straight down; its roll tilts the view sideways.
 """
 
 from __future__ import annotations

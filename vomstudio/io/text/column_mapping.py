@@ -47,7 +47,7 @@ def parse_columns(text: str | None) -> dict[str, str]:
 
 
 def parse_meaning(text: str) -> str:
-    """Return a known meaning or alias in its usual form.
+    """Return the usual form of a meaning, which may be given by an alias.
 
     Parameters
     ----------

@@ -38,9 +38,10 @@ _OPENING, _CLOSING = re.compile(r"[\[(]"), re.compile(r"[\])]")
 
 
 def doubtful_cell(names: Sequence[str], line: int | None, delimiter: str) -> str | None:
-    """Return a word from a header whose other cells are numbers, or None.
+    """Return a word of a header that also contains numbers, or None.
 
-    Such a header may be a row of data. Pass None as `line` for a table that is not from a file.
+    Such a header may be a row of data. `line` is None for a table that is not from a file; in this
+    case, None is returned.
     """
     values = [parse_number(name, decimal_comma=delimiter in ";\t") for name in names]
     text_names = [name for name, value in zip(names, values, strict=True) if value is None]

@@ -29,7 +29,7 @@ def commented_rows(
     sample : sequence of str or list of str
         Some rows, split or not. Without rows, two numbers in a comment are sufficient.
     width : int
-        Number of columns.
+        Number of columns; no rows are found if there are fewer than three.
     delimiter : str
     split : callable
         Function that splits a line into cells.

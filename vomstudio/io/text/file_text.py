@@ -72,7 +72,8 @@ def read_text(
     Raises
     ------
     InputError
-        If the file is not text, is of another kind (``file.other-kind``), or has too many lines.
+        If the file cannot be read, is empty or not text, is of another kind (``file.other-kind``),
+        or has too many lines.
     """
     refuse_other_kind(path, accepted_names)
     raw_bytes = read_bytes(path)

@@ -29,7 +29,8 @@ class Boundaries:
     Parameters
     ----------
     points : (n, 3) float64
-        Coordinates in the World frame, metres.
+        Coordinates as in the file, or in the World frame (metres) from
+        `vomstudio.io.gate.point_tables`.
     names, lithologies, notes : list of str
     dropped : tuple of int
         Lines of rows that have no coordinates.
@@ -105,12 +106,12 @@ def extract_pairs(table: TextTable) -> tuple[list[str], FloatArray]:
     -------
     names : list of str
     points : (n, 6) float64
-        x, y, z on the hanging wall, followed by those on the footwall.
+        x, y, z on the hanging wall, followed by those on the footwall; NaN if missing.
 
     Raises
     ------
     InputError
-        If no row has all six coordinates.
+        If the table contains no coordinates.
     """
     if table.names is None:
         if table.width != 6:

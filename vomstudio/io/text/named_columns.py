@@ -132,6 +132,11 @@ class NamedTable:
         path : str or Path
         order : sequence of str
             Order of the columns if the table has no header.
+
+        Raises
+        ------
+        InputError
+            If the table is not valid or has no rows.
         """
         table = read_table(path, has_header=True, max_lines=MAX_OBJECTS)
         if table.names is None:
@@ -193,7 +198,10 @@ class NamedTable:
         return texts
 
     def columns(self, names: Sequence[Sequence[str]], title: Sequence[str]) -> FloatArray:
-        """Return the finite numbers (n, columns) of columns. Raises InputError."""
+        """Return the numbers (n, k) of k columns.
+
+        Raises InputError if a column is missing or a cell has no finite number.
+        """
         column_numbers = [
             self._column(aliases, word) for aliases, word in zip(names, title, strict=True)
         ]
@@ -203,7 +211,10 @@ class NamedTable:
         return values
 
     def positive_numbers(self, names: Sequence[str], title: str) -> FloatArray:
-        """Return the positive numbers (n,) in a column, NaN if missing."""
+        """Return the positive numbers (n,) in a column, NaN if missing.
+
+        Raises InputError if a number is not positive or too large for an error.
+        """
         column = self._find(names)
         if column is None:
             return np.full(len(self.table), np.nan)
@@ -216,7 +227,7 @@ class NamedTable:
         return values
 
     def sigma(self) -> FloatArray:
-        """Return the standard errors (n, 3) of x, y and z in metres."""
+        """Return the standard errors (n, 3) of x, y and z in metres, NaN if not stated."""
         if any(self.has(names) for names in _SIGMA_NAMES):
             title = ("sigma_x", "sigma_y", "sigma_z")
             return np.column_stack(
@@ -228,7 +239,7 @@ class NamedTable:
         return np.repeat(self.positive_numbers(_COMMON_SIGMA_NAMES, "sigma")[:, None], 3, axis=1)
 
     def is_check_point(self) -> BoolArray:
-        """Return whether each row (n,) is a check point."""
+        """Return whether each row (n,) is a check point. Raises InputError for an unknown word."""
         column = self._find(("use", "role", "type"))
         if column is None:
             return np.zeros(len(self.table), bool)
@@ -272,7 +283,10 @@ class NamedTable:
 
 
 def _add_header(table: TextTable, column_names: Sequence[str]) -> TextTable:
-    """Use the last comment as header if it fits the columns, or else the given order."""
+    """Use the last comment as header if it fits the columns, or else the given order.
+
+    Raises InputError if neither is possible.
+    """
     for comment in reversed(table.comments):
         cells = [cell.strip() for cell in comment.replace(";", ",").replace("\t", ",").split(",")]
         if len(cells) == 1:

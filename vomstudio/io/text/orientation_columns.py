@@ -225,7 +225,10 @@ class OrientationColumns:
         )
 
     def _overturned_polarity(self, rows: IntArray) -> tuple[bool | None, ...] | None:
-        """Return whether the polarity is -1, as in GemPy, or None if there is no such column."""
+        """Return whether the polarity of each selected bed is -1, as in GemPy.
+
+        Returns None if there is no column of polarities.
+        """
         column = self.find("polarity")
         if column is None:
             return None
@@ -241,7 +244,10 @@ class OrientationColumns:
         return ", ".join(f"'{name}'" if self.table.names else name for name in names)
 
     def azimuths(self, column: int, is_undefined: BoolArray) -> FloatArray:
-        """Return azimuths (n,) in [0, 360), in degrees; 0 where `is_undefined` is True."""
+        """Return azimuths (n,) in [0, 360), in degrees; 0 where `is_undefined` is True.
+
+        Raises InputError for values that differ from this range by more than a full turn.
+        """
         values = np.where(is_undefined, 0.0, self._angles(column, parse_azimuth))
         is_outside = np.isfinite(values) & ((values < 0.0) | (values > 360.0))
         is_invalid = np.isinf(values) | (

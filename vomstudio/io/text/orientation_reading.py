@@ -78,7 +78,7 @@ class OrientationTable:
 
     @property
     def bowed_deg(self) -> float | None:
-        """Bowing of the models in degrees, or None if not stated."""
+        """Bowing of the most strongly bowed model in degrees, or None if not stated."""
         return stated_bowing_deg(self.table.comments)
 
     @property
@@ -97,7 +97,7 @@ class OrientationTable:
         return self.table.line_numbers[self.row_indices]
 
     def column(self, key: str) -> list[str]:
-        """Return the text (n,) of the column that the user calls `key`. Raises `UsageError`."""
+        """Return the text (n,) of the column named or numbered `key`. Raises `UsageError`."""
         cells = self.table.labels(self.table.find(key))
         return [cells[row_index] for row_index in self.row_indices]
 
@@ -164,7 +164,10 @@ class _TableReader:
         return has_azimuth and not has_orientations(names)
 
     def read_azimuths(self) -> OrientationTable:
-        """Interpret a table without dips and plunges, which become NaN."""
+        """Interpret a table without dips and plunges, which become NaN.
+
+        Raises UsageError if the meaning of the azimuths is not known.
+        """
         meanings = ("strike", "dip direction", "azimuth", "trend")
         names = self.table.names
         meaning = next(
@@ -195,7 +198,7 @@ class _TableReader:
         return self._table(np.isfinite(self.dip_direction), np.isfinite(self.trend))
 
     def result(self) -> OrientationTable:
-        """Interpret the table."""
+        """Interpret the table. Raises InputError and UsageError as `extract_orientations` does."""
         self._read_planes()
         self._read_lines()
         if not self.conventions:
@@ -206,7 +209,10 @@ class _TableReader:
         )
 
     def _table(self, has_plane: BoolArray, has_line: BoolArray) -> OrientationTable:
-        """Return the rows that are planes or lines."""
+        """Return the rows that are planes or lines.
+
+        Raises InputError if no row contains angles.
+        """
         table = self.table
         geometry = self._geometry(has_plane, has_line)
         row_indices = np.flatnonzero(geometry != _NONE)
@@ -602,7 +608,10 @@ class _TableReader:
         )
 
     def _read_declinations(self) -> tuple[int | None, int | None]:
-        """Return the columns of declination and inclination of a line."""
+        """Return the columns of declination and inclination of a line, or None for both.
+
+        If there are principal axes (K1, K2, K3), the first of them is used.
+        """
         axes = self.columns.principal_axes()
         if len(axes) > 1:
             self.warnings.append(
@@ -635,7 +644,11 @@ class _TableReader:
         )
 
     def _geometry(self, has_plane: BoolArray, has_line: BoolArray) -> IntArray:
-        """Return the geometry (n,) of each row; a row that has both is a plane with a line."""
+        """Return the geometry (n,) of each row.
+
+        A row with angles of a plane and of a line is a plane with a line, unless its element or, if
+        that is not stated, its type is a line.
+        """
         result = np.where(has_plane, _PLANE, np.where(has_line, _LINE, _NONE))
         column = self.columns.find("element")
         if column is None:

@@ -18,7 +18,8 @@ def read_pixels(path: str | Path) -> FloatArray | None:
     Returns
     -------
     (n, 2) float64 or None
-        Column and row if the table has these columns and no z, or two columns without a header.
+        Column and row. None unless the table has these columns and no z, or has two columns and no
+        header.
 
     Raises
     ------

@@ -2,8 +2,9 @@
 
 Tables of this program state the covariance of the rotation of each registration in a line of their
 `#` comment block. Other tables, or tables without that block, may have a column
-`registration_error_deg`. It contains one half-angle per row and does not determine the axis, so the
-rotation is assumed to be equally uncertain about all axes, with the error of the worst row.
+`registration_error_deg`. This column contains one half-angle per row and does not determine the
+axis, so the rotation is assumed to be equally uncertain about all axes, with the largest error of
+any row of the model.
 """
 
 from __future__ import annotations
@@ -66,7 +67,10 @@ def stated_bowing_deg(comments: Iterable[str]) -> float | None:
 def _stated_covariances(
     comments: Iterable[str],
 ) -> dict[str, tuple[object, FloatArray]]:
-    """Return the registration and its covariance (radians squared) by model name."""
+    """Return an ID of the registration and its rotation covariance by model name.
+
+    The covariances (3, 3) are in radians squared. Names that occur repeatedly are omitted.
+    """
     stated_covariances: dict[str, tuple[object, FloatArray]] = {}
     repeated_labels = set()
     for index, comment in enumerate(comments):

@@ -15,9 +15,10 @@ _REPEAT_COLUMN = normalise_name("repeat_of")
 
 
 def exclude_repeats(table: TextTable) -> TextTable:
-    """Return the rows that do not repeat other rows according to the column `repeat_of`.
+    """Return a table without the rows that repeat others according to `repeat_of`.
 
-    A note of the table states the number of excluded rows.
+    A note of the table states the number of excluded rows. A table without that column is returned
+    unchanged.
 
     Raises
     ------

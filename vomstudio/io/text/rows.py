@@ -2,10 +2,10 @@
 
 The meaning of the columns is determined in `tables`. Errors state the file and the line.
 
-Quoted rows are split by the module csv. Other rows stay text until they are needed: reading
-300,000 rows of six numbers takes 0.7 of the time of csv.reader and 0.2 of that of pandas with an
-unknown delimiter. csv.Sniffer finds a wrong delimiter or none in 10 of 64 tables of the tests, of
-which one is free of comments and errors.
+Quoted rows are split by the module csv. Other rows stay text until they are needed: reading 300,000
+rows of six numbers takes 0.7 of the time of csv.reader and 0.2 of that of pandas with an unknown
+delimiter. csv.Sniffer finds a wrong delimiter or none in 10 of 64 tables of the tests; only one of
+these ten is free of comments and errors.
 """
 
 from __future__ import annotations

@@ -126,7 +126,7 @@ def table_with_sets(
 ) -> str:
     """Return a table as text, with the set and its probability appended to each row.
 
-    Existing columns with these names are renamed to `..._before`.
+    Existing columns with these names are renamed to `NAME_before`.
 
     Parameters
     ----------

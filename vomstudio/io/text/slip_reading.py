@@ -168,7 +168,11 @@ def extract_slips(table: TextTable, azimuth: Azimuth | None = None) -> SlipTable
 
 
 def _name_columns(table: TextTable, azimuth: Azimuth | None) -> TextTable:
-    """Name the columns of a table without a header, in the order of T-TECTO and OpenStereo."""
+    """Name the columns of a table without a header, in the order of T-TECTO and OpenStereo.
+
+    Other tables are returned unchanged. Raises UsageError if the meaning of the azimuth is not
+    stated.
+    """
     if table.names is not None or not has_fault_rows(table):
         return table
     if azimuth is None:
@@ -292,7 +296,7 @@ class _Row:
         self.path, self.line, self.cells = path, line, cells
 
     def read(self) -> tuple[Plane, float, float] | None:
-        """Parse the row.
+        """Parse the row. Raises InputError if a cell is not valid.
 
         Returns
         -------
@@ -339,7 +343,10 @@ class _Row:
         return (None if rake is None else _convert_axial_rake(plane, rake, angle)), 0.0
 
     def _parse_slip_rake(self, plane: Plane, rake: float, word: str) -> float | None:
-        """Return the directed rake, or None if the sense does not define the direction."""
+        """Return the directed rake, or None if the sense does not define the direction.
+
+        Raises InputError if the sense is unknown or contradicts the rake.
+        """
         single_sense = _SENSES.get(normalise_name(word))
         senses = (
             (single_sense,)

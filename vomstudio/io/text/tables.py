@@ -1,8 +1,8 @@
 """Tables of numbers and words in text files.
 
 The rules are those of the command line: the delimiter (a comma, semicolon, tab or spaces) is
-detected; lines with `#` are comments; the first row is a header if and only if one of its cells is
-not a number; decimal commas are accepted if the delimiter is `;` or a tab. Every error states the
+detected; lines with `#` are comments; the first row is a header if it contains a word or only
+missing values; decimal commas are accepted if the delimiter is `;` or a tab. Every error states the
 file, the line number as in an editor, and the column.
 
 Long tables of plain numbers (a million points) are read by numpy. Only if that fails are the cells
@@ -101,7 +101,7 @@ class TextTable:
         return [split_cells(line, self.delimiter) for line in self._text.lines]
 
     def cells(self, column: int, max_rows: int | None = None) -> list[str]:
-        """Return the text (n,) of a column, or of its `max_rows` rows."""
+        """Return the text (n,) of a column, or of its first `max_rows` rows."""
         if self._text.rows is not None:
             return [row[column] for row in self._text.rows[:max_rows]]
         delimiter = None if self.delimiter == " " else self.delimiter
@@ -401,7 +401,10 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
 
     Raises
     ------
-    InputError, UsageError
+    InputError
+        If the table is not valid or contains no points.
+    UsageError
+        If the column `by` does not exist or is ambiguous.
     """
     table = read_table(path)
     columns = coordinate_columns(table)

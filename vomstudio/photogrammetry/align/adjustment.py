@@ -48,13 +48,18 @@ def adjust(
     includes_covariance : bool
         Whether to estimate the covariances of the camera parameters.
     progress : Progress, optional
-        Raises Cancelled.
 
     Returns
     -------
     dict of int to (k, k) array
         Formal covariance of the k free parameters of each camera, for residuals of unit variance.
-        Cameras whose covariance cannot be estimated are omitted.
+        Cameras whose covariance cannot be estimated are omitted. Empty if `includes_covariance` is
+        False.
+
+    Raises
+    ------
+    Cancelled
+        If `progress` requests it.
     """
     pycolmap = colmap()
     covariances: dict[int, FloatArray] = {}
@@ -79,10 +84,9 @@ def cross_validation_error(
 ) -> float:
     """Return the mean error of tie points left out of the adjustment, in pixels.
 
-    Every fifth tie point is left out when the cameras are adjusted.
-
-    Only points seen in at least three photos are used; if there are none, the result is NaN.
-    `reconstruction` is not changed. Raises Cancelled.
+    Every fifth tie point that is seen in at least three photos is left out when the cameras are
+    adjusted. Returns NaN if there are no such points or no others. `reconstruction` is not changed.
+    Raises Cancelled.
     """
     pycolmap = colmap()
     ids = sorted(reconstruction.point3D_ids())
@@ -130,7 +134,7 @@ def free_parameter_indices(camera: Any, freedom: Freedom) -> list[int]:
 
 
 def fix_parameters(problem: Any, camera: Any, freedom: Freedom) -> None:
-    """Keep the camera parameters constant that `freedom` does not free."""
+    """Keep constant the camera parameters that `freedom` does not free."""
     import pyceres
 
     free_indices = free_parameter_indices(camera, freedom)
@@ -141,9 +145,9 @@ def fix_parameters(problem: Any, camera: Any, freedom: Freedom) -> None:
 
 
 def transfer_to_colmap(part: Any) -> Any:
-    """Prevent Python from deleting a part of a COLMAP problem.
+    """Transfer the ownership of a part of a problem to COLMAP, and return the part.
 
-    The problem deletes the part itself.
+    The problem then deletes the part, and Python does not.
     """
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(part))
     return part
@@ -168,7 +172,9 @@ def create_adjuster(
     ----------
     reconstruction : pycolmap.Reconstruction
     freedoms : mapping
+        Free parameters by camera number; other cameras are fixed.
     threads : int
+        Number of threads; -1 uses all cores.
     includes_poses : bool
         Whether the poses are free.
     fixes_gauge : bool
@@ -213,7 +219,7 @@ def create_adjuster(
 def estimate_covariances(
     reconstruction: Any, adjuster: Any, freedoms: Mapping[int, Freedom]
 ) -> dict[int, FloatArray]:
-    """Estimate the covariance of the free parameters of each camera.
+    """Estimate the covariance of the free parameters of each camera, by camera number.
 
     The covariances are for residuals of unit variance. Cameras whose covariance cannot be estimated
     are omitted.

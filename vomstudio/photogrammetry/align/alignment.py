@@ -119,7 +119,10 @@ class Alignment:
 
     @classmethod
     def load(cls, folder: Path) -> Alignment:
-        """Load an alignment. Raises InputError if the folder is incomplete."""
+        """Load an alignment.
+
+        Raises InputError if the folder is incomplete or comes from a newer version of the program.
+        """
         try:
             header = read_json(folder / _HEADER_FILE)
             if header["version"] > _VERSION:
@@ -244,7 +247,10 @@ def find_features(
     executor: Executor,
     progress: Progress,
 ) -> tuple[list[Features], list[str]]:
-    """Return the features and the key of every photo, from the work folder if available."""
+    """Return the features and the key of every photo.
+
+    Features stored in the work folder are reused; the others are detected and stored there.
+    """
     folder = work_folder / "features"
     folder.mkdir(parents=True, exist_ok=True)
     settings = FeatureOptions(options.max_size, options.max_features)
@@ -336,7 +342,7 @@ def _sharing_notes(
 def _limit_to_photos(
     cameras: Sequence[Calibration], names: Collection[str]
 ) -> Iterator[Calibration]:
-    """Limit calibrations to the named photos, and drop calibrations without any of them."""
+    """Limit calibrations to the named photos, and omit calibrations of other photos only."""
     for camera in cameras:
         if used_photos := tuple(name for name in camera.photos if name in names):
             yield replace(camera, photos=used_photos)

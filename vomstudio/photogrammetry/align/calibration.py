@@ -31,8 +31,9 @@ def calibrate(
 ) -> tuple[Any, list[Calibration]]:
     """Adjust the free parameters of each camera, and fix those that are poorly determined.
 
-    The focal lengths are adjusted before the other lens parameters, in the same way. Returns the
-    adjusted reconstruction, which may be a new object, and its cameras. Raises Cancelled.
+    The focal lengths and k1 are adjusted first, then k2 and the principal points are tested. Fixed
+    EXIF focal lengths that the photos contradict are freed. Returns the adjusted reconstruction,
+    which may be a new object, and its cameras. Raises Cancelled.
     """
     images = sorted(reconstruction.reg_image_ids())
     photos_by_camera: dict[int, list[int]] = {}
@@ -119,10 +120,10 @@ def _free_contradicted_focals(
     threads: int,
     progress: Progress,
 ) -> tuple[Any, dict[int, Freedom], dict[int, FloatArray]] | None:
-    """Free the EXIF focal lengths of cameras that the photos clearly contradict.
+    """Free the fixed EXIF focal lengths that the photos clearly contradict.
 
-    Returns the reconstruction, the freedoms and the covariances, or None if the photos contradict
-    no focal length. Updates `reasons` and leaves `base` unchanged.
+    Returns the reconstruction, the freedoms and the covariances, or None if no focal length is
+    freed. Updates `reasons` and leaves `base` unchanged.
     """
     if not numbers:
         return None
@@ -169,10 +170,11 @@ def _free_lens_parameters(
     threads: int,
     progress: Progress,
 ) -> tuple[Any, dict[int, Freedom], dict[int, FloatArray]] | None:
-    """Free k2 and the principal point of each camera if this improves the fit.
+    """Free k2 and the principal point of each camera if the photos determine them.
 
-    Returns the reconstruction, the freedoms and the covariances, or None if the fit does not
-    improve. Updates `reasons` and leaves `base` unchanged.
+    They must also not increase the cross-validation error. Returns the reconstruction, the freedoms
+    and the covariances, or None if no parameter is freed. Updates `reasons` and leaves `base`
+    unchanged.
     """
     trial_freedoms = {
         number: priors.free_lens_parameters(freedoms[number], len(rows), convergence)

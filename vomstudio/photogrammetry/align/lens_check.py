@@ -17,7 +17,7 @@ _MIN_RELATIVE_DIFFERENCE = 0.04
 
 
 def lens_findings(cameras: Sequence[Calibration]) -> list[Finding]:
-    """Find focal lengths that are poorly determined or wrong in EXIF, and so distort depths."""
+    """Report focal lengths that are poorly determined or contradict EXIF."""
     vague_errors: dict[str, float] = {}
     wrong_changes: dict[str, float] = {}
     for camera in cameras:

@@ -49,9 +49,10 @@ def separate_lenses(
     current_reconstructions: Sequence[Any],
     progress: Progress,
 ) -> MappingResult | None:
-    """Map the photos with separate lenses.
+    """Map the photos again, with separate lenses for photos without EXIF.
 
-    Returns None if the present reconstructions are at least as good. Raises Cancelled.
+    Returns None if these photos do not show different lenses or if the new reconstruction does not
+    fit clearly better than the present one. Raises Cancelled.
 
     database : database of these photos, with matches
     """
@@ -106,7 +107,10 @@ def separate_lenses(
 
 
 def group_unknown_photos(photos: Sequence[PhotoLike]) -> list[list[int]]:
-    """Return groups of three or more photos (rows) that share a camera for lack of EXIF."""
+    """Group the photos (rows) without an EXIF focal length that share a camera.
+
+    Groups of fewer than three photos are omitted.
+    """
     groups: dict[tuple[object, ...], list[int]] = {}
     for row, photo in enumerate(photos):
         if photo.focal_px is None:

@@ -58,7 +58,7 @@ class MappingResult:
         Reconstructions of the connected components, largest first.
     notes : tuple of Finding
     is_exif_trusted : bool
-        False if the photos could be placed only without the focal lengths from EXIF.
+        False if more photos could be placed without the focal lengths from EXIF.
     """
 
     reconstructions: tuple[Any, ...]
@@ -75,9 +75,10 @@ def map_photos(
 ) -> MappingResult:
     """Compute poses and tie points from the matches in a database.
 
-    Focal lengths from EXIF are fixed during mapping. If more than a tenth of the photos cannot be
-    placed, mapping is repeated with free focal lengths, since EXIF does not account for digital
-    zoom. The result with more photos is used. Raises Cancelled.
+    Focal lengths from EXIF are fixed during mapping; the global mapper fixes them only if all
+    photos have one. If more than a tenth of the photos are missing from the largest part, mapping
+    is repeated with free focal lengths, since EXIF does not account for digital zoom. The result
+    with more photos is used. Raises Cancelled.
     """
     has_focal = [p.focal_px is not None for p in photos]
     if options.mapper == "auto":
@@ -228,7 +229,10 @@ def shared_images(parts: Sequence[Any]) -> list[set[int]]:
 
 
 def remove_images(reconstruction: Any, images: Collection[int]) -> None:
-    """Remove images, their observations, and the points that fewer than two others observe."""
+    """Remove images and their observations.
+
+    Points that fewer than two other images observe are removed too.
+    """
     for image in sorted(images):
         reconstruction.deregister_frame(reconstruction.image(image).frame_id)
     # Until this call, COLMAP keeps a deregistered frame without a pose.

@@ -45,8 +45,9 @@ def open_database(
     keys: Sequence[str],
     lenses: Sequence[int] | None = None,
 ) -> None:
-    """Create the database of the given photos, or reuse one that is valid for exactly these.
+    """Create the database of the given photos, or reuse an existing one.
 
+    A database is reused if it is valid and belongs to exactly these photos, features and lenses.
     Photo number i becomes image i + 1. Photos with the same `camera_key`, size and lens number
     share a camera.
     """
@@ -106,7 +107,7 @@ def image_name(row: int) -> str:
 
 
 def initial_focal_px(photo: PhotoLike) -> float:
-    """Return the initial focal length in pixels; if unknown, that of a typical lens."""
+    """Return the focal length from EXIF, or a typical one if it is unknown, in pixels."""
     return photo.focal_px or _DEFAULT_FOCAL_RATIO * max(photo.width, photo.height)
 
 
@@ -123,7 +124,10 @@ def _make_camera(photo: PhotoLike, number: int) -> Any:
 
 
 def _is_valid(path: Path) -> bool:
-    """Check a database in a separate process, because COLMAP has no such check."""
+    """Return whether the database exists and passes SQLite's quick check.
+
+    The check runs in a separate process, because COLMAP does not offer it.
+    """
     if not path.exists():
         return False
     command = [sys.executable, "-I", "-c", _QUICK_CHECK_SCRIPT, str(path)]
@@ -263,7 +267,7 @@ def read_pair_matches(
     Raises
     ------
     InputError
-        If the database does not exist.
+        If the database does not exist or is invalid.
     """
     with open_for_reading(path) as database:
         all_rows = database.read_matches(a + 1, b + 1)

@@ -57,11 +57,13 @@ def choose_pairs(
 ) -> PairChoice:
     """Select the pairs of photos to compare.
 
-    Up to 60 photos, all pairs are compared. With more photos and GPS, each photo is compared with
-    its 30 nearest neighbours. With more photos but no GPS, each is compared with the 30 photos
-    whose 400 largest features are most similar (Wu 2013, 3DV, "preemptive matching"). In both
-    cases, the next photos in the order of their names are added. A video frame is compared with the
-    next 10 frames, and with those 20, 40, 80 ... frames later, which closes loops.
+    With the rule "auto", all pairs of up to 60 photos are compared. If there are more photos and
+    nearly all have GPS, each photo is compared with its 30 nearest neighbours, and a photo without
+    GPS with all others. Otherwise, each photo is compared with the 30 photos whose 400 largest
+    features are most similar (Wu 2013, 3DV, "preemptive matching"). In the last two cases, the next
+    three photos in the order of their names are added. With the rule "sequential", each video frame
+    is compared with the next 10 frames and, to close loops, with those 20, 40, 80 and so on frames
+    later.
     """
     n = len(photos)
     n_all_pairs = n * (n - 1) // 2
@@ -108,7 +110,10 @@ def choose_pairs(
 
 
 def _positions(photos: Sequence[PhotoLike]) -> FloatArray:
-    """Return offsets (n, 3) in metres from the first position, for distances; NaN if no GPS."""
+    """Return positions (n, 3) relative to their median, in metres; NaN if no GPS.
+
+    They are only accurate enough for distances between neighbours.
+    """
     rows = [
         (p.longitude_deg, p.latitude_deg, p.altitude_m or 0.0)
         if p.longitude_deg is not None and p.latitude_deg is not None

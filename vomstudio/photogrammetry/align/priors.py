@@ -94,7 +94,7 @@ class Calibration:
 
     @property
     def strongest_correlation(self) -> tuple[str, str, float] | None:
-        """Names of the two most correlated parameters, and their correlation."""
+        """Names of the two most correlated parameters, and their correlation; None if unknown."""
         table = np.abs(np.array(self.correlation, np.float64))
         table[~np.isfinite(table)] = 0
         np.fill_diagonal(table, 0)
@@ -105,7 +105,10 @@ class Calibration:
 
 
 def convergence_deg(axes: FloatArray) -> float:
-    """Return the RMS angle between unit vectors (n, 3) and their mean; 0 for one vector."""
+    """Return the RMS angle between unit vectors (n, 3) and their mean, in degrees.
+
+    Returns 0 for fewer than two vectors, and 180 if their mean is zero.
+    """
     if len(axes) < 2:
         return 0.0
     mean = axes.mean(axis=0)
@@ -132,7 +135,7 @@ ALL_FIXED = Freedom(False, False)
 def select_free_parameters(
     is_known: bool, photos: int, convergence: float, is_exif_trusted: bool = True
 ) -> tuple[Freedom, Finding]:
-    """Select the free parameters of a camera before their errors are known, with the reason.
+    """Return the free parameters of a camera in the first adjustment, and the reason.
 
     Parameters
     ----------
@@ -171,7 +174,8 @@ def fixed_focal(
 ) -> tuple[float, Finding] | None:
     """Return the fixed focal length that replaces an uncertain one, and the reason.
 
-    The focal length is in pixels. Returns None if the relative error `sigma` is small enough.
+    The focal length is in pixels. Returns None if the relative error `sigma` is small enough, or if
+    the focal length from EXIF is not trusted.
     """
     if exif_px is None:
         if sigma <= UNKNOWN_FOCAL_SIGMA:
@@ -233,8 +237,10 @@ def judge_centre(
     shift: FloatArray,
     covariance: FloatArray,
 ) -> tuple[bool, Finding]:
-    """Return whether to estimate a principal point shifted by (2,) pixels, and the reason.
+    """Return whether to estimate the principal point, and the reason.
 
+    corner_px : distance of the corner of the picture from its centre
+    shift : (2,) shift of the principal point from the centre of the picture, in pixels
     covariance : (2, 2) covariance of the shift, with neighbouring points counted as one
     """
     # The effect of the shift that a rotation of the camera does not compensate for.

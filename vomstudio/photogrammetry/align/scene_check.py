@@ -56,8 +56,8 @@ def check_scene(
         Blur sigma of each photo, from the check before the alignment.
     cameras : sequence of Calibration
     planes : PlaneSizes, optional
-        Plane sizes of the finished model. By default, those expected of unregistered photos of this
-        pixel size.
+        Plane sizes of the finished model. By default, those expected for unregistered photos with
+        the median pixel size of the scene.
     other_findings : sequence of Finding
         Findings of other stages.
     limits : Limits, optional
@@ -179,7 +179,10 @@ def overlap_matrix(scene: SparseScene, grid: int = 8) -> FloatArray:
 
 
 def face_normal(scene: SparseScene) -> FloatArray:
-    """Return the unit normal of the plane fitted to the tie points, towards the cameras."""
+    """Return the unit normal of the plane fitted to the tie points, towards the cameras.
+
+    With fewer than three points, the result is opposite to the direction of the first view.
+    """
     points = scene.points
     if len(points) < 3:
         return -np.asarray(scene.views[0].direction)
@@ -194,7 +197,7 @@ def face_normal(scene: SparseScene) -> FloatArray:
 def obliquity_deg(scene: SparseScene, normal: FloatArray) -> FloatArray:
     """Return the angle (v,) between each view direction and the normal of the face.
 
-    The angle is taken on either side of the face, since an object may be photographed all around.
+    Both sides of the face are treated alike, since an object may be photographed all around.
     """
     axes = np.array([view.direction for view in scene.views])
     return np.asarray(np.degrees(np.arccos(np.clip(np.abs(axes @ normal), 0.0, 1.0))))
@@ -298,7 +301,8 @@ def _point_findings(
 def count_views_of_points(scene: SparseScene, max_points: int = 2000) -> IntArray:
     """Count the photos (n,) that show each tie point, whether it is matched there or not.
 
-    Occlusion is ignored. At most `max_points` points are used.
+    Occlusion is ignored. Points are skipped at regular intervals, so that fewer than twice
+    `max_points` points are used.
     """
     step = max(1, len(scene.points) // max_points)
     points = scene.points[::step]
@@ -341,7 +345,7 @@ def _direction_findings(scene: SparseScene, limits: Limits) -> list[Finding]:
 
 
 def _position_findings(scene: SparseScene, gsd: FloatArray, limits: Limits) -> list[Finding]:
-    """Find photos taken from the same position (textbook 3.2.1)."""
+    """Report turned or zoomed photos taken from the same position (textbook 3.2.1)."""
     centres = scene.centres
     turned_photos: list[tuple[str, str]] = []
     for i in range(len(centres)):

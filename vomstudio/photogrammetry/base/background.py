@@ -1,10 +1,10 @@
-"""Background of a scene: tie points far behind the rock that the photos were taken for.
+"""Background of a scene: tie points far behind the photographed rock.
 
-A point is background if the photos that show it show the rock several times nearer. The depth of
-the rock in a photo is the median depth of its tie points, weighted by the angles between their
-rays: photos are spaced for the rock, so rays to a building or hills behind it are nearly parallel.
-Rock that is distant in some photos and near in others is not background, nor is rock that only
-overview photos show, because these show all of it at about one depth.
+A point is background if the rock is several times nearer in the photos that show the point. The
+depth of the rock in a photo is the median depth of its tie points, weighted by the angles between
+their rays: photos are spaced for the rock, so rays to a building or hills behind it are nearly
+parallel. Rock that is distant in some photos and near in others is not background, nor is rock that
+only overview photos show, because these show all of it at about one depth.
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ class RockExtent:
     def contains(self, scene: SparseScene, points: FloatArray) -> BoolArray:
         """Return a mask (n,) of the points (n, 3) of a cloud that are not background.
 
-        A point belongs to the nearest tie point. Points far from all of them, such as wrong depths
-        in the sky, are background too.
+        Each point is classified like the nearest tie point. Points far from all tie points, such as
+        wrong depths in the sky, are background too.
         """
         from scipy.spatial import cKDTree
 
@@ -146,7 +146,10 @@ def _observation_depths(scene: SparseScene) -> FloatArray:
 
 
 def _angle_weights(scene: SparseScene) -> FloatArray:
-    """Return the angle (n,) between the rays to each tie point in degrees, limited."""
+    """Return the angle (n,) in degrees between the rays to each tie point.
+
+    Larger angles are reduced to `_MAX_ANGLE_DEG`.
+    """
     rays = scene.points[scene.track_points] - scene.centres[scene.track_views]
     rays /= np.maximum(np.linalg.norm(rays, axis=1, keepdims=True), 1e-300)
     count = len(scene.points)
@@ -183,7 +186,7 @@ def _depth_ratios(
 def _remove_background_bodies(
     scene: SparseScene, is_rock: BoolArray, nearest_depths: FloatArray
 ) -> BoolArray:
-    """Return `is_rock` without the remaining points of mostly background bodies."""
+    """Return `is_rock` without the points of connected bodies that are mostly background."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -225,7 +228,10 @@ def _weighted_quantiles(
 
 
 def _depth_ratio_limit(ratios: FloatArray) -> float:
-    """Return the depth ratio in the middle of the widest gap; _MAX_FACTOR if all are small."""
+    """Return the depth ratio in the middle of the widest gap.
+
+    Returns `_MAX_FACTOR` if no gap is wide enough.
+    """
     low, high = math.log(_MIN_FACTOR), math.log(_MAX_FACTOR)
     values = np.log(ratios)
     ends = np.sort(np.concatenate([[low], values[(values > low) & (values < high)], [high]]))

@@ -63,7 +63,7 @@ class StageFolder:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Facts that were passed to `finish`."""
+        """Facts passed to `finish`, and "seconds" and "peak_bytes"; empty for a new stage."""
         return _read(self.folder / _STAMP_FILE)
 
     @property
@@ -77,7 +77,7 @@ class StageFolder:
 
     @property
     def peak_bytes(self) -> int:
-        """Peak memory of the processes that worked on this stage or a later one."""
+        """Recorded peak memory or that of this process, whichever is larger, in bytes."""
         return max(self._previous_peak_bytes, peak_bytes())
 
     def pause(self) -> None:
@@ -87,7 +87,10 @@ class StageFolder:
             write_atomically(self._partial_folder / _STAMP_FILE, lambda p: _write(p, usage))
 
     def finish(self, **facts: Any) -> None:
-        """Complete the stage: write all files to the disk, then rename the folder."""
+        """Complete the stage: write all files to the disk, then rename the folder.
+
+        Raises TargetError if the disk is full or not writable.
+        """
         seconds = self.seconds
         facts = {"seconds": seconds, "peak_bytes": self.peak_bytes, **facts}
         write_atomically(self._partial_folder / _STAMP_FILE, lambda p: _write(p, facts))
@@ -142,7 +145,7 @@ class Checkpoints:
         return sum(path.stat().st_size for path in self.root.rglob("*") if path.is_file())
 
     def remove_other_stages(self) -> None:
-        """Remove the folders of other inputs and settings."""
+        """Remove the folders of stages with other inputs or settings."""
         current = {stage.folder.name for stage in self.stages}
         for path in self.root.iterdir():
             if path.is_dir() and path.name not in current:

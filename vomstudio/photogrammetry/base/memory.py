@@ -21,7 +21,7 @@ def available_bytes() -> int:
 
 
 def peak_bytes() -> int:
-    """Return the peak memory of this process."""
+    """Return the peak memory of this process, in bytes."""
     import psutil
 
     info = psutil.Process().memory_info()
@@ -42,7 +42,10 @@ def worker_count(needed_bytes: int, threads: int) -> int:
 
 
 def fitting_size(target_px: int, needed_bytes: Callable[[int], int]) -> int:
-    """Return the largest long side, up to `target_px`, for which enough memory is available."""
+    """Return a long side, up to `target_px`, for which enough memory is available.
+
+    The size is reduced in steps of 10 %, but not below 320 pixels even if these need more memory.
+    """
     usable_memory = MAX_MEMORY_SHARE * available_bytes()
     size = target_px
     while size > _MIN_SIZE_PX and needed_bytes(size) > usable_memory:

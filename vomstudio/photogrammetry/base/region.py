@@ -28,7 +28,7 @@ class Region:
 
     @classmethod
     def of(cls, numbers: Sequence[float] | None) -> Region | None:
-        """Create a region from x0, y0, z0, x1, y1, z1, or return None for None.
+        """Create a region from x0, y0, z0, x1, y1, z1, or return None if `numbers` is None.
 
         Raises UsageError if the region is invalid.
         """
@@ -55,9 +55,9 @@ class Region:
         return np.asarray(((positions >= low) & (positions <= high)).all(axis=1))
 
     def select_region_views(self, scene: SparseScene) -> frozenset[int]:
-        """Return the photos (rows) that see enough of the region.
+        """Return the photos (rows) that see at least `MIN_POINTS` tie points in the region.
 
-        Raises GeometryError if fewer than two photos do.
+        Raises GeometryError if there are fewer than two.
         """
         is_inside = self.contains(scene.points, scene.origin)
         is_inside_observation = np.repeat(is_inside, np.diff(scene.track_offsets))

@@ -43,7 +43,7 @@ class SparseScene:
     errors_px : (n,) float32 array
         Mean reprojection error of each point.
     track_offsets : (n + 1,) int64 array
-        The observations of point i are rows o[i] to o[i + 1].
+        First observation (row) of each point, and the number of observations m.
     track_views : (m,) int32 array
         Row in `views` of each observation.
     track_pixels : (m, 2) float32 array
@@ -113,7 +113,7 @@ class SparseScene:
         )
 
     def median_pixel_size(self, positions: FloatArray) -> float:
-        """Return the size of a pixel of the photos at points (n, 3), in units of the scene."""
+        """Return the median pixel size of the photos at points (n, 3), in units of the scene."""
         sizes = [
             np.median(np.abs(view.depths(positions))) / np.mean(view.intrinsics.focal)
             for view in self.views
@@ -144,7 +144,10 @@ class SparseScene:
 
     @classmethod
     def load(cls, folder: str | Path) -> SparseScene:
-        """Load a scene. Raises InputError if the folder is incomplete."""
+        """Load a scene.
+
+        Raises InputError if the folder is incomplete or comes from a newer version of the program.
+        """
         folder = Path(folder)
         try:
             header = read_json(folder / "scene.json")

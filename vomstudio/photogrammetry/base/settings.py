@@ -86,7 +86,8 @@ class PipelineSettings(Result):
         Raises
         ------
         UsageError
-            If the quality or the device is unknown, or the region is invalid.
+            If the quality or the device is unknown, `threads` is less than 1, or the region is
+            invalid.
         """
         if self.quality not in QUALITIES:
             raise UsageError(

@@ -107,7 +107,7 @@ def merge_depths(  # type: ignore[no-untyped-def]
     merged_inverse_depths,
     agreement_counts,
 ):
-    """Merge the inverse depths on which most sources agree.
+    """Merge the inverse depths of the agreeing sources with the largest total weight.
 
     inverse_depths : (n, h, w), 0 if unknown
     steps : (n,) change of inverse depth per pixel of disparity

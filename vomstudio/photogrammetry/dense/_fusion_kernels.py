@@ -11,7 +11,8 @@ from vomstudio.geometry.kernels.jit import kernel, step
 def _intersect_ray(depth, n0, n1, n2, b0, b1, right, down, gx, gy):  # type: ignore[no-untyped-def]
     """Return the depth at which the ray (b0, b1, 1) intersects the plane of a pixel.
 
-    The result is 0 if the ray grazes the plane.
+    The result is 0 if the ray grazes the plane. If it differs by more than 2 % from the depth of
+    the pixel, that depth is returned.
 
     right, down : offset of the pixel from the principal point
     """
@@ -49,9 +50,10 @@ def compare(  # type: ignore[no-untyped-def]
     other_depths, other_normals, other_confidence, other_lens : map of the other photo
     transform : (3, 4) transformation from this camera's frame to the other's
     is_later : whether the other photo comes later, which decides between equal footprints
-    limits : pixels, relative depth, cosine between normals, ratio of equal footprints
+    limits : distance in pixels, relative depth, cosine between normals, ratio of equal footprints
     sums : (h, w, 6) weight, weight x offset along the normal, 1 - confidence, normal
-    votes : (h, w, 3) agreeing views, views that see through the point, 1 if another view keeps it
+    votes : (h, w, 3) number of agreeing views, number of views that see through the point, and 1 if
+        the point is taken from another view
     """
     h, w = depth.shape
     height, width = other_depths.shape

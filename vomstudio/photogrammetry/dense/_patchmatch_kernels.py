@@ -137,8 +137,8 @@ def _neighbour_pixel(k, x, y, radius):  # type: ignore[no-untyped-def]
 def _random_trial(k, q, random, low, high, unit, spread):  # type: ignore[no-untyped-def]
     """Return the inverse depth and the tilt of the normal for a random trial.
 
-    The ninth trial changes only the depth, the tenth only the normal, and the eleventh both. At
-    first, the changes cover the complete range.
+    The ninth trial changes only the depth, the tenth only the normal, and the eleventh both. While
+    `spread` is 0.2 or more, the eleventh covers the complete range of depths.
     """
     tilt = spread
     if k == 8:
@@ -174,7 +174,7 @@ def _ray_depth(ax, ay, az, neighbour_depth, p, q, fx, fy, rx, ry):  # type: igno
 
 @step
 def _tilt_normal(nx, ny, nz, tilt, a, b, c):  # type: ignore[no-untyped-def]
-    """Tilt a normal by random numbers from 0 to 1."""
+    """Tilt a normal at random; a, b and c are random numbers from 0 to 1."""
     ax = nx + tilt * (np.float32(2.0) * a - np.float32(1.0))
     ay = ny + tilt * (np.float32(2.0) * b - np.float32(1.0))
     az = nz + tilt * (np.float32(2.0) * c - np.float32(1.0))
@@ -228,7 +228,7 @@ def sweep_planes(  # type: ignore[no-untyped-def]
     spread : size of the random changes, initially 1
     max_sources : number of best sources that are used
     radius : odd distance of the farther neighbours whose planes are tried, or 0
-    samples, trial, selection : working space, (3, SAMPLES), (n,) and (n,)
+    samples, trial, selection : working space, (3, PATCH_SAMPLES), (n,) and (n,)
     """
     h, w = reference.shape
     n = len(sources)
@@ -350,7 +350,7 @@ def measure_costs(  # type: ignore[no-untyped-def]
 ):
     """Compute the costs of the planes in each source for the rows `first` to `last`.
 
-    `samples` (3, SAMPLES) is working space.
+    `samples` (3, PATCH_SAMPLES) is working space.
     """
     w = reference.shape[1]
     patch, weights, moments = samples[0], samples[1], samples[2]

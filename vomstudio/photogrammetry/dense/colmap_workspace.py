@@ -45,10 +45,12 @@ def compute_cuda_depth_maps(
     folder : Path
         Empty folder for the workspace.
     progress : Progress
-        Raises Cancelled.
 
     Raises
     ------
+    Cancelled
+    GeometryError
+        If a depth map differs in size from its photo.
     RuntimeError, ValueError
         As raised by COLMAP, if no GPU can be used or the computation fails.
     """

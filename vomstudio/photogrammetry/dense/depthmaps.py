@@ -157,7 +157,8 @@ def depth_map(task: DepthTask) -> DepthMap:
     Raises
     ------
     GeometryError
-        If the task is invalid: no sources, no depth range, or a lens with distortion.
+        If the task is invalid: no sources, a source without a method or at the position of the
+        reference, no depth range, or a lens with distortion.
     InputError
         If a photo cannot be read.
     """
@@ -182,7 +183,7 @@ def peak_memory_bytes(width: int, height: int, sources: int = N_SOURCES) -> int:
     """Estimate the peak memory of `depth_map` including its inputs, in bytes.
 
     Measured with four sources: 50 to 70 bytes per pixel if all pairs can be rectified, and 122 with
-    PatchMatch, of which each source takes 12.
+    PatchMatch, including 12 for each source.
     """
     return int(width * height * (14 * sources + 80) + 20_000_000)
 
@@ -223,7 +224,10 @@ def _match_rectified_pairs(
 
 
 def _measured_share(task: DepthTask, inverse_depths: Float32Array) -> float:
-    """Return the share of the photo's unmasked tie points that have a depth."""
+    """Return the share of the photo's unmasked tie points that have a depth.
+
+    Returns 0 if there are no such points.
+    """
     view, is_valid = task.reference.view, task.reference.valid_mask
     pixels = view.project(task.points)
     pixels = pixels[np.isfinite(pixels).all(axis=1)]
@@ -295,7 +299,7 @@ def _finish_depth_map(
     inverse_depths: Float32Array,
     agreement_counts: ByteArray,
 ) -> DepthMap:
-    """Remove depths that no other photo confirms.
+    """Create the depth map, without depths that no other photo confirms.
 
     Matching assigns smooth disparities even to sky and featureless surfaces, and a wrong pair may
     still be consistent with itself.

@@ -1,10 +1,10 @@
 """Fusion of all depth maps into one point cloud.
 
-A pixel becomes a point if enough other maps agree with its position and normal, and if no more maps
-see through it than agree. Among agreeing pixels, the one with the finest footprint is used and
-moved along its normal to their weighted mean. The cloud is therefore regular, without layers, and
-everywhere as dense as the sharpest photo. The points of a photo depend only on the maps of its
-neighbours, so memory is bounded and the order does not matter.
+A pixel becomes a point if enough other maps agree with its position and normal, and if these are at
+least as many as the maps that see through it. Among agreeing pixels, the one with the finest
+footprint is used and moved along its normal to their weighted mean. The cloud is therefore regular,
+without layers, and everywhere as dense as the sharpest photo. The points of a photo depend only on
+the maps of its neighbours, so memory is bounded and the order does not matter.
 """
 
 from __future__ import annotations
@@ -96,6 +96,8 @@ def fuse_depth_maps(
     ------
     GeometryError
         If no maps agree.
+    ValueError
+        If names, maps and photos differ in number.
     """
     options, progress = options or FusionOptions(), progress or SilentProgress()
     if len(names) != len(depth_maps) or (photos is not None and len(photos) != len(depth_maps)):
@@ -187,7 +189,10 @@ def _lens_parameters(depth_map: DepthMap) -> FloatArray:
 def _fuse_photo(  # type: ignore[no-untyped-def]
     row: int, other_rows: Sequence[int], depth_maps: _DepthMapCache, options: FusionOptions
 ):
-    """Return rows, columns, points, normals, confidence and views of the used pixels."""
+    """Return rows, columns, points, normals, confidence and views of the used pixels.
+
+    Returns None if no pixel is used.
+    """
     from vomstudio.photogrammetry.dense._fusion_kernels import compare
 
     reference_map = depth_maps[row]

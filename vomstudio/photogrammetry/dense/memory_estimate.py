@@ -24,7 +24,7 @@ def peak_memory(page_side: int, sizes: Sequence[tuple[int, int]]) -> int:
 
 
 def fitting_size(wanted_px: int, sizes: Sequence[tuple[int, int]]) -> int:
-    """Return the largest long side of photos whose depth maps fit into free memory.
+    """Return a long side of the photos at which their depth maps fit into free memory.
 
     wanted_px : maximum long side
     sizes : as in `peak_memory`

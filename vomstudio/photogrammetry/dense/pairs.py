@@ -75,7 +75,7 @@ class DepthMapPlan:
     sources : tuple of SourcePhoto
         Source photos, the best first.
     neighbours : tuple of int
-        Rows of all photos that show the same rock, those with the most common points first.
+        Rows of up to 20 photos that show the same rock, those with the most common points first.
     """
 
     view: int
@@ -94,7 +94,7 @@ class DepthMapPlans:
     left_out: tuple[Finding, ...]
 
     def select_views(self, views: Collection[int]) -> DepthMapPlans:
-        """Return the plans of the given views. Raises GeometryError if none of them has one."""
+        """Return the plans of the given views. Raises GeometryError if there are none."""
         plans = tuple(plan for plan in self.plans if plan.view in views)
         if not plans:
             raise GeometryError(
@@ -118,7 +118,7 @@ def select_pairs(
     count : int
         Number of sources of each photo.
     method : str, optional
-        If given, only this method, "sgbm" or "patchmatch", is used, for comparisons.
+        Method for all pairs, "sgbm" or "patchmatch"; by default, the better one for each pair.
 
     Raises
     ------
@@ -213,7 +213,7 @@ def _find_candidates(
     points_by_view: list[IntArray],
     centres: FloatArray,
 ) -> list[_Candidate]:
-    """Return the candidates among photos (rows) with enough common points."""
+    """Return the photos in `other_rows` that see the common points at sufficient angles."""
     candidates = []
     for other_row in other_rows.tolist():
         shared_points = np.intersect1d(

@@ -160,7 +160,7 @@ def count_similar_sources(
 ) -> ByteArray:
     """Return the number (h, w) of sources in which the patches of a depth map are similar.
 
-    It is computed on pictures of half the size, which reduces noise and takes a quarter of the
+    Large pictures are compared at half their size, which reduces noise and takes a quarter of the
     time. A patch without texture is never similar.
 
     depth, normals : (h, w), (h, w, 3) depth map of the photo, 0 if unknown
@@ -322,8 +322,8 @@ def _initial_planes(
 ) -> tuple[Float32Array, Float32Array]:
     """Return initial depths and normals.
 
-    Half of the pixels get the depth of the nearest tie point, and the others a random depth. The
-    normals point towards the camera.
+    If there are enough tie points, half of the pixels get approximately the depth of the nearest
+    one. The other depths are random. The normals point towards the camera.
     """
     from scipy.spatial import cKDTree
 

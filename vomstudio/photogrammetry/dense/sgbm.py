@@ -228,7 +228,10 @@ def pair_inverse_depth(
 def _rectified_box(
     view: View, rotation: FloatArray, focal: float
 ) -> tuple[int, int, int, int] | None:
-    """Return the bounds of the photo on the rectified plane: left, top, right, bottom."""
+    """Return the bounds of the photo on the rectified plane: left, top, right, bottom.
+
+    Returns None if the photo is too oblique to the plane.
+    """
     w, h = view.intrinsics.width, view.intrinsics.height
     corners = view.intrinsics.rays([[0, 0], [w, 0], [w, h], [0, h]]) @ view.rotation @ rotation.T
     if not (corners[:, 2] > 0.2 * np.linalg.norm(corners, axis=1)).all():

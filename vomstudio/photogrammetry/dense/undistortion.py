@@ -91,7 +91,10 @@ def undistort(task: UndistortTask) -> UndistortedPhoto:
     Raises
     ------
     InputError
-        If the photo or the mask cannot be read, or if its size differs from that of the view.
+        If the photo or the mask cannot be read, if the photo differs in size from the view, or the
+        mask in proportions.
+    GeometryError
+        If the calibration of the lens is invalid.
     """
     import cv2
 
@@ -166,7 +169,7 @@ def peak_memory_bytes(width: int, height: int, max_size: int | None) -> int:
 def decode_photo(photo: bytes, name: str) -> ByteArray:
     """Decode a photo to RGB (h, w, 3), ignoring its orientation tag.
 
-    Raises InputError.
+    Raises InputError if the photo cannot be read.
     """
     import cv2
 
@@ -179,7 +182,8 @@ def decode_photo(photo: bytes, name: str) -> ByteArray:
 def decode_mask(mask: bytes, width: int, height: int, name: str) -> BoolArray:
     """Decode a mask to a Boolean array (h, w), True for used pixels.
 
-    A mask of another size with the same proportions is resized. Raises InputError.
+    A mask of another size with the same proportions is resized. Raises InputError if the mask
+    cannot be read or has other proportions.
     """
     import cv2
 
@@ -230,9 +234,10 @@ def _make_pinhole(lens: Intrinsics) -> Intrinsics:
 def _compute_remapping(
     pinhole_lens: Intrinsics, lens: Intrinsics, size: tuple[int, int]
 ) -> tuple[Float32Array, Float32Array, BoolArray]:
-    """Return OpenCV's remap coordinates of each pixel of the ideal photo, and its mask.
+    """Return OpenCV's remap coordinates for undistorting a photo, and the mask.
 
-    The coordinates refer to the original photo resampled to `size`.
+    Both have one value for each pixel of the undistorted photo. The coordinates refer to the
+    original photo resampled to `size`.
     """
     shape = (pinhole_lens.height, pinhole_lens.width)
     x, y = np.full(shape, -1.0, np.float32), np.full(shape, -1.0, np.float32)

@@ -2,9 +2,9 @@
 
 A marker is located in each component by two or more photos. Three markers that are not collinear
 determine the similarity between two components (Umeyama 1991, without mirroring). The cameras and
-tie points of both components are then adjusted together with the rays of all markers. If both
-components show three or more control points, they are joined by these instead, and adjusted during
-the registration.
+tie points of both components are then adjusted together with the rays of all markers. If there are
+fewer common markers, but both components show three or more control points, they are joined by
+these, and adjusted during the registration.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class Junction:
 
     @property
     def rms_px(self) -> float | None:
-        """RMS residual of the markers that are not outliers."""
+        """RMS residual of the markers that are not outliers; None if there are no markers."""
         misses = [m.miss_px for m in self.markers if m.used]
         return math.sqrt(sum(m * m for m in misses) / len(misses)) if misses else None
 
@@ -113,14 +113,19 @@ def join_components(
         markers.
     control : sequence of ControlPoint
     threads : int
+        Number of threads; -1 uses all cores.
     progress : Progress, optional
-        Raises Cancelled.
 
     Returns
     -------
     parts : tuple of SparseScene
         Remaining components, the one with the most photos first.
     report : JoinReport
+
+    Raises
+    ------
+    Cancelled
+        If `progress` requests it.
     """
     remaining = list(parts)
     junctions: list[Junction] = []
@@ -180,7 +185,11 @@ def _triangulated_positions(scene: SparseScene, marks: Sequence[Mark]) -> dict[s
 def _common_points(
     first: SparseScene, second: SparseScene, marks: Sequence[Mark], control: Sequence[ControlPoint]
 ) -> int:
-    """Return the number of common markers, or of control points in the part that has fewer."""
+    """Return the number of points that can join two parts.
+
+    These are the common markers. If there are too few, it is the smaller of the numbers of control
+    points that the two parts show.
+    """
     a, b = _triangulated_positions(first, marks), _triangulated_positions(second, marks)
     common_count = len(a.keys() & b.keys())
     if common_count >= MIN_COMMON_POINTS:
@@ -344,7 +353,7 @@ def _joining_findings(
 def merge_scenes(first: SparseScene, second: SparseScene, fit: Similarity) -> SparseScene:
     """Merge two scenes in the frame of the first, with views in the order of their names.
 
-    If both scenes contain a photo, that of the first is used. `fit` transforms the other scene.
+    If both scenes contain a photo, that of the first is used. `fit` transforms the second scene.
     """
     first_names = {view.name for view in first.views}
     second = _remove_photos(second, first_names)

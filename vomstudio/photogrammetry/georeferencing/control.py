@@ -64,10 +64,11 @@ class PointFit:
     photos : int
         Number of placed photos in which the point is marked.
     residual_m : (float, float, float) or None
-        Position in the model minus the surveyed position: east, north, up. None if the point is
-        marked in fewer than two photos.
+        Position in the model minus the surveyed position: east, north, up. None if the point cannot
+        be located in the model.
     residual_px : float or None
-        RMS distance between the projections of the surveyed point and its marks.
+        RMS distance between the projections of the surveyed point and its marks; None if it has no
+        marks.
     surveyed : (float, float, float)
         Surveyed coordinates in the World frame, as given.
     """
@@ -81,7 +82,7 @@ class PointFit:
 
     @property
     def error_m(self) -> float | None:
-        """Length of the residual."""
+        """Length of the residual, in metres; None if the point cannot be located."""
         return None if self.residual_m is None else math.dist(self.residual_m, (0.0, 0.0, 0.0))
 
 
@@ -137,13 +138,15 @@ def place_by_control(
     cameras : sequence of Calibration
         Calibrated cameras. If given, their errors are included in the stated errors.
     threads : int
+        Number of threads; -1 uses all cores.
     progress : Progress, optional
 
     Raises
     ------
     GeometryError
-        If fewer than three points are marked in at least two placed photos, or if these are
-        collinear.
+        If fewer than three control points are marked in at least two placed photos, or if these
+        points are collinear or contradict each other.
+    Cancelled
     """
     ground_points, findings = _marked_points(scene, control, marks)
     control_fit = ground_points.fit_scene(scene)

@@ -143,7 +143,10 @@ class GroundPoints:
         return np.array(errors)
 
     def rms_residual_m(self, scene: SparseScene, rows: Sequence[int]) -> float:
-        """Return the RMS residual of points in a placed scene, in metres."""
+        """Return the RMS residual of points in a placed scene, in metres.
+
+        Returns infinity if a point cannot be located.
+        """
         squared_distances = (
             (self.locate_points(scene, rows) - self.local_positions[list(rows)]) ** 2
         ).sum(axis=1)
@@ -184,7 +187,7 @@ class BendingResult:
     """Result of the adjustment to control points.
 
     scene : scene adjusted with the control points; None if the similarity alone is better
-    fit : fit of the control points in this scene
+    fit : fit of the control points in this scene, or in the original one if it is None
     refusal : reason why the scene was not adjusted; None if it was adjusted
     """
 
@@ -244,7 +247,7 @@ def bend_to_control(
 
 
 def _fitted_or_none(ground_points: GroundPoints, scene: SparseScene) -> ControlFit | None:
-    """Fit an adjusted scene; return None if the adjustment failed or lost control points."""
+    """Fit an adjusted scene, or return None if it did not converge or cannot be fitted."""
     if not _has_converged(scene):
         return None
     try:
@@ -254,7 +257,7 @@ def _fitted_or_none(ground_points: GroundPoints, scene: SparseScene) -> ControlF
 
 
 def _has_converged(scene: SparseScene) -> bool:
-    """Return whether an adjustment converged."""
+    """Return whether the result of an adjustment is finite."""
     return bool(
         np.isfinite(scene.points).all()
         and np.isfinite(scene.centres).all()
@@ -273,8 +276,8 @@ def _cross_validation_residuals(
     """Return the cross-validation residuals of control points, leaving out a third in turn.
 
     These are the RMS residuals, in metres, of the points left out: first in the scene adjusted to
-    the remaining points, then in the scene only placed by them. Returns None if there are too few
-    points.
+    the remaining points (infinite if an adjustment fails), then in the scene only placed by them.
+    Returns None if there are too few points.
     """
     if len(fit.used) < _MIN_POINTS_TO_COMPARE:
         return None

@@ -87,7 +87,7 @@ class ControlCheck(Result):
 
     @property
     def summary(self) -> Finding:
-        """Number of usable points, and of the photos that show them."""
+        """Finding with the numbers of usable points and of the photos in which they are marked."""
         control, check = len(self._points_by_use("control")), len(self._points_by_use("check"))
         points = tr(
             "{control}, {check}",
@@ -227,7 +227,7 @@ def _determine_crs(
     crs: str | None,
     reason: Finding,
 ) -> tuple[str | None, Finding, list[Finding]]:
-    """Return the CRS, its source, and findings about it."""
+    """Return the CRS, its source, and findings about it; the CRS is None for a local frame."""
     from vomstudio.photogrammetry.georeferencing.georeference import (
         has_position,
         select_crs,

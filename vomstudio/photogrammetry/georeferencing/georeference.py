@@ -237,7 +237,10 @@ def _estimate_scatter(
 
 
 def select_crs(photos: Sequence[PhotoLike], crs: str | None) -> str:
-    """Return the requested CRS after checking it, or the UTM zone of the photos."""
+    """Return the requested CRS after checking it, or the UTM zone of the photos.
+
+    Raises UsageError if the unit of the CRS is not the metre.
+    """
     from vomstudio.io.gis.crs import parse_crs, utm_zone
 
     if crs is not None:

@@ -3,6 +3,7 @@
 Receivers with errors of several metres can place and scale a model, but the photos determine its
 shape far better. Positions from real-time kinematic receivers, or from many photos, also determine
 bowing and focal length.
+
 Positions are used if their error divided by the square root of their number is at most
 `MAX_USEFUL_PIXELS` pixels on the ground. Each position is weighted by its own error (heights by
 twice this error), and outliers are down-weighted. If the residuals exceed the errors, the errors
@@ -80,8 +81,13 @@ def adjust_to_positions(
     sigmas_m : (n,) array
         Errors of the horizontal coordinates of the positions.
     threads : int
+        Number of threads; -1 uses all cores.
     progress : Progress, optional
-        Raises Cancelled.
+
+    Raises
+    ------
+    Cancelled
+        If `progress` requests it.
     """
     sigmas = np.maximum(sigmas_m, _MIN_SIGMA_M)
     for _ in range(2):

@@ -77,10 +77,11 @@ def bundle_adjust(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> SparseScene:
-    """Adjust poses and tie points to marks, control points and GPS, weighted by their errors.
+    """Adjust poses and tie points to marks, control points and GPS positions.
 
-    Outliers among tie points and camera positions are down-weighted (Cauchy). Tie points are
-    weighted as correlated with their neighbours (see `noise_px`).
+    Observations are weighted by their errors. Outliers among tie points and camera positions are
+    down-weighted (Cauchy). Tie points are weighted as correlated with their neighbours (see
+    `noise_px`).
 
     Parameters
     ----------
@@ -88,11 +89,16 @@ def bundle_adjust(
     points : sequence of KnownPoint
     centres : sequence of KnownCentre
     free_lenses : collection of Intrinsics
-        Lenses whose focal length is refined. k1 is always refined, and all other parameters are
-        fixed.
+        Lenses whose focal length is refined. k1 is refined for all lenses with at least two photos,
+        and all other parameters are fixed.
     threads : int
+        Number of threads; -1 uses all cores.
     progress : Progress, optional
-        Raises Cancelled.
+
+    Raises
+    ------
+    Cancelled
+        If `progress` requests it.
     """
     for _ in range(_MAX_ROUNDS):
         noise = noise_px(scene)
@@ -143,7 +149,7 @@ def noise_px(scene: SparseScene) -> float:
 class _Problem:
     """Bundle adjustment problem in which residuals of tie points have unit weight.
 
-    All other residuals are in units of `noise`.
+    The weights of all other observations are relative to `noise`, the error of a tie point.
 
     Attributes
     ----------

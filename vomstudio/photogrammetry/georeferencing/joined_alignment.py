@@ -32,8 +32,8 @@ def join_alignment(
 ) -> tuple[Alignment, StageFolder | None, tuple[Finding, ...]]:
     """Join the components of an alignment.
 
-    Returns the alignment with joined parts, the folder of the joining stage (None if there was
-    nothing to join), and findings. Raises Cancelled.
+    Returns the alignment with joined parts, the folder of the joining stage (None if there are no
+    marks or only one part), and findings. Raises Cancelled.
 
     stage : creates the folder of the stage; called only if there are parts to join
     """

@@ -151,7 +151,10 @@ def lens_effect(
 
 
 def compute_lens_bend(scene: SparseScene, cameras: Sequence[Calibration]) -> LensDeformation | None:
-    """Return the bend of a scene that only photos determine, in the units of the scene."""
+    """Return the bend of a scene that only photos determine, in the units of the scene.
+
+    Returns None if it cannot be computed.
+    """
     effect_of_lenses = lens_effect(scene, cameras, scene.points.mean(axis=0))
     return None if effect_of_lenses is None else effect_of_lenses.bend
 

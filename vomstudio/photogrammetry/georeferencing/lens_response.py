@@ -88,7 +88,7 @@ def compute_response(
     points: Sequence[KnownPoint] = (),
     centres: Sequence[KnownCentre] = (),
 ) -> LensResponse:
-    """Compute the response of a scene.
+    """Compute the response of a scene to lens changes.
 
     Parameters
     ----------

@@ -78,7 +78,7 @@ class ControlMarks:
         return {m.label: (m.x, m.y) for m in self.marks if m.photo == photo}
 
     def free_label(self, prefix: str = "tie") -> str:
-        """Return the first unused label in the sequence prefix1, prefix2, ..."""
+        """Return the first unused label: prefix1, prefix2 and so on."""
         number = 1
         while f"{prefix}{number}" in self.labels:
             number += 1
@@ -197,7 +197,10 @@ class MarkPrediction:
 
     @property
     def worst_mark(self) -> tuple[str, float] | None:
-        """Photo and residual of the mark with the largest residual."""
+        """Photo and residual of the suspect mark or of the one with the largest residual.
+
+        None if the marks have no residuals.
+        """
         if not self.residuals_px:
             return None
         name = self.suspect or max(self.residuals_px, key=self.residuals_px.__getitem__)
@@ -220,7 +223,10 @@ class PlacedPhotos:
 
     @classmethod
     def read(cls, out: Path) -> PlacedPhotos:
-        """Read the cameras from the folder of a reconstruction. Raises InputError."""
+        """Read the cameras from the folder of a reconstruction.
+
+        Raises InputError if a file cannot be read.
+        """
         parts = [read_cameras(out / FILE_NAME)]
         number = 2
         while (path := out / f"part{number}" / FILE_NAME).exists():
@@ -276,7 +282,8 @@ class PlacedPhotos:
     def epipolar_line(self, marking: ControlMarks, label: str, photo: str) -> FloatArray:
         """Return the epipolar line (k, 2), in pixels, of a point marked in one other photo.
 
-        The result is empty if two marks determine the position.
+        The result is empty if the point is marked in `photo` itself, if `photo` has no pose, or if
+        not exactly one other photo of its component contains a mark.
         """
         number = self.component_number(photo)
         if number is None or photo in marking.of(label):
@@ -304,14 +311,17 @@ class PlacedPhotos:
 
     @staticmethod
     def _place(marks: Marks) -> FloatArray | None:
-        """Return the position (1, 3) in the frame of the component if there are two marks."""
+        """Return the position (1, 3) in the frame of the component, or None if undetermined."""
         place = triangulate(*marks)
         return place[None] if np.isfinite(place).all() else None
 
     def _place_by_coordinates(
         self, marking: ControlMarks, label: str, number: int
     ) -> FloatArray | None:
-        """Return the position (1, 3) in a component of a point that has coordinates."""
+        """Return the position (1, 3) in a component of a point that has coordinates.
+
+        Returns None if the point has no coordinates or the component has no known frame.
+        """
         point = marking.point(label)
         if point is None:
             return None
@@ -323,7 +333,10 @@ class PlacedPhotos:
         return (np.array(point.position) - part.origin)[None]
 
     def _fit_frame(self, marking: ControlMarks, number: int) -> Similarity | None:
-        """Return the similarity from the World frame to a component, from its marked points."""
+        """Return the similarity from the World frame to a component, from its marked points.
+
+        Returns None if these points are too few or do not determine it.
+        """
         known_positions, positions = [], []
         for point in marking.control:
             place = self._place(self._marks(number, marking.of(point.label)))
@@ -345,7 +358,7 @@ def usable_tables(
     """Return the tables beside the photos that can be used to register a model.
 
     If the marks of the control points are not sufficient, the table of control points is omitted
-    and the reasons are returned. Raises InputError.
+    and the reasons are returned. Raises InputError if a table cannot be read.
     """
     if control is None or marks is None:
         return None, marks, []
@@ -361,7 +374,7 @@ def usable_tables(
 
 # --- what is missing ------------------------------------------------------------------------------
 def find_usable_points(marking: ControlMarks, photos: Iterable[str] | None = None) -> list[str]:
-    """Return the control points that can place the model, i.e. those marked in two photos."""
+    """Return the labels of the control points marked in enough photos to place the model."""
     allowed_photos = None if photos is None else set(photos)
     return [
         p.label

@@ -39,7 +39,7 @@ class PoseErrors:
     position95 : (v,) array
         Semi-major axis of the 95 % ellipsoid of each projection centre, in the unit of the scene.
     rotation95_deg : (v,) array
-        The same for the rotation.
+        Semi-major axis of the 95 % ellipsoid of each rotation, in degrees.
     is_weak : (v,) array of bool
         Whether the pose is much less certain than those of the other photos.
     """
@@ -71,7 +71,9 @@ class PoseErrors:
 
 
 def pose_errors(scene: SparseScene, noise: float | None = None) -> PoseErrors | None:
-    """Compute the errors of all poses; None for scenes that are too small or too large.
+    """Compute the errors of all poses of a scene.
+
+    Returns None if the scene has too few or too many photos, or no tie points.
 
     Parameters
     ----------

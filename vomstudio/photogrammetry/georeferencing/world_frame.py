@@ -27,6 +27,6 @@ def place_in_world(
 
 
 def integer_origin(positions: FloatArray) -> tuple[int, int, int]:
-    """Return an origin near the positions, rounded to whole hundreds of metres."""
+    """Return an origin near the positions, rounded down to whole hundreds of metres."""
     x, y, z = (int(math.floor(v / 100) * 100) for v in np.median(positions, axis=0))
     return x, y, z

@@ -59,7 +59,7 @@ class CameraExport(Result):
     crs : str or None
         CRS of the World frame.
     origin : tuple of int
-        World coordinates that were subtracted from local coordinates; 0 for "world".
+        World coordinates of the origin of the local coordinates; 0 for "world".
     warnings : tuple of Finding
     """
 
@@ -84,8 +84,8 @@ def export_cameras(
     target : str or Path
         ``NAME.json`` for nerfstudio, otherwise a folder for COLMAP's text files.
     world : bool
-        Whether to write World coordinates, by the origin of the cameras and the registration beside
-        them.
+        Whether to write World coordinates. They are computed from the origin of the cameras and the
+        registration in the folder of `source`.
     force : bool
         Whether to replace existing files.
 
@@ -96,6 +96,7 @@ def export_cameras(
     UsageError
         With the code ``cameras.no-world`` if `world` is set and the cameras are not registered.
     TargetError
+        If a file cannot be written, or exists and `force` is not set.
     """
     source, target = Path(source), Path(target)
     cameras, warnings = _read_cameras(source)

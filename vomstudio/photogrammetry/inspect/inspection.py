@@ -1,7 +1,8 @@
 """Data of a finished reconstruction: pairs, cameras, residuals and depth maps.
 
-All functions read the folder of a reconstruction without changing it, and raise InputError if a
-stage is unfinished or damaged. Pixels are those of the photos as stored.
+Functions with the parameter `out` read the folder of a reconstruction without changing it. Except
+for `coverage`, they raise InputError if a stage is unfinished or damaged. Pixels are those of the
+photos as stored.
 """
 
 from __future__ import annotations
@@ -188,9 +189,10 @@ def pair(out: Path, a: str, b: str) -> PhotoPair:
 
 
 def residual_vectors(out: Path, name: str) -> tuple[Float32Array, Float32Array]:
-    """Return pixels (n, 2) of tie points in a photo, and their residuals (n, 2).
+    """Return pixels (n, 2) of tie points in a photo, and their residuals (n, 2) in pixels.
 
-    Residuals are observed minus projected positions.
+    Residuals are observed minus projected positions. Both arrays are empty if the photo has no
+    pose.
     """
     scene = SparseScene.load(_stage(out, "frame", _POSES))
     row = next((k for k, view in enumerate(scene.views) if view.name == name), None)
@@ -211,13 +213,14 @@ class DepthPictures:
     Attributes
     ----------
     photo : (h, w, 3) array
-        Undistorted photo.
-    depth : float32 array
+        Undistorted photo; black if it is no longer stored.
+    depth : (h, w) float32 array
         Depths; 0 if unknown.
     low, high : float
         Depths of the first and last colour.
     colors, confidence, normals : (h, w, 3) uint8 array
-        Normals by direction in the model's frame, see `normal_colors`.
+        Colours of the depths, of the confidence, and of the normals in the model's frame (see
+        `normal_colors`).
     coverage : float
         Share of the photo's usable pixels that have a depth.
     """
@@ -272,7 +275,7 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
 
 
 def coverage(out: Path, name: str) -> float | None:
-    """Return the share of usable pixels with a depth, or None if there is no depth map."""
+    """Return the share of usable pixels with a depth, or None without a readable depth map."""
     from vomstudio.photogrammetry.pipeline.photo_results import load_undistorted
 
     folder = stage_folder(out, "depths")

@@ -93,6 +93,7 @@ class PhotoViews:
     to_world : (4, 4) array, optional
         Similarity from the frame of the file to the World frame.
     resolution_m : float
+        Resolution of the model; tolerances are derived from it.
     """
 
     def __init__(
@@ -227,8 +228,8 @@ class PhotoViews:
     ) -> tuple[FloatArray, BoolArray]:
         """Return pixels (k, 2) along a World polyline (n, 3), and which of them are visible.
 
-        Visibility is tested as in `shows`, except that a line may sag below the surface between its
-        corners by a fraction of its length.
+        Visibility is tested as in `shows`. However, unless `slack_m` is given, a line may sag below
+        the surface between its corners by a fraction of its length.
 
         step_px : approximate spacing of the pixels
         """

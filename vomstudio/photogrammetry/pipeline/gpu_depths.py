@@ -48,8 +48,8 @@ def compute_gpu_depths(
 ) -> bool:
     """Compute the map of each plan on the GPU and pass it to `put`.
 
-    Logs a note and returns False if the GPU failed and the device is "auto". Raises GeometryError
-    if the GPU failed and was requested, and Cancelled.
+    Returns True if successful. If the GPU fails, logs a note and returns False, or raises
+    GeometryError if the device "cuda" was requested. Raises Cancelled.
     """
     log.stage(tr("Computing depth maps on the GPU"), len(pairs.plans))
     try:

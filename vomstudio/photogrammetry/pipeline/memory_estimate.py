@@ -10,7 +10,7 @@ from vomstudio.photogrammetry.base.settings import PipelineSettings
 
 @dataclass(frozen=True)
 class MemoryRequirement:
-    """Memory requirement of the depth maps and their cloud, which is the largest one.
+    """Memory requirement of the depth maps and their cloud, the largest of all stages.
 
     Attributes
     ----------

@@ -110,7 +110,10 @@ def claim_folder(out: Path) -> Outputs:
 
 @contextlib.contextmanager
 def lock_folder(outputs: Outputs) -> Iterator[None]:
-    """Lock the folder for this run, and remove the partial files of a killed run."""
+    """Lock the folder for this run, and remove the partial files of a killed run.
+
+    Raises TargetError if another run uses the folder or the lock cannot be written.
+    """
     lock = FolderLock(
         outputs.folder / WORK / "lock",
         busy_code="output.folder-in-use",

@@ -44,7 +44,10 @@ class ControlTables:
 
 
 def read_tables(settings: PipelineSettings) -> ControlTables:
-    """Read the tables of control points and marks. Raises InputError, UsageError."""
+    """Read the tables of control points and marks.
+
+    Raises InputError if a table cannot be read, and UsageError if its CRS cannot be used.
+    """
     from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
 
     control, marks = settings.control, settings.marks
@@ -80,6 +83,10 @@ def usable_photos(
     Raises
     ------
     InputError
+        If there are fewer than two photos, or if the control points or GPS positions cannot
+        register a model.
+    UsageError, GeometryError
+        If the CRS is invalid or does not contain the photos.
     """
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.georeferencing.control_check import check_control
@@ -156,7 +163,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def hash_file(path: Path) -> str:
-    """Return the hexadecimal SHA-256 hash of a file. Raises InputError."""
+    """Return the hexadecimal SHA-256 hash of a file. Raises InputError if it is unreadable."""
     try:
         with open_regular_file(path) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()

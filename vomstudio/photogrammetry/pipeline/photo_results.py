@@ -54,7 +54,7 @@ class PhotoResults(Sequence[Result], Generic[Result]):
         return self.path(number).exists()
 
     def put(self, number: int, result: Result) -> None:
-        """Write a result. Raises TargetError if the disk is full."""
+        """Write a result. Raises TargetError if it cannot be written."""
         write_atomically(self.path(number), lambda path: self._save(path, result))
 
     def __len__(self) -> int:

@@ -29,10 +29,10 @@ def place_scene(
     tables: ControlTables,
     progress: Progress,
 ) -> tuple[SparseScene, dict[str, Any]]:
-    """Register the largest part by control points or, if this fails, by camera GPS.
+    """Register the largest part by control points if given, otherwise by camera GPS.
 
-    A part that cannot be registered gets a local frame, and `refused` contains the reason. An error
-    at this stage would discard the long computation of the alignment.
+    A part that cannot be registered gets a local frame, and its registration contains the reason as
+    `refused`. An error at this stage would discard the long computation of the alignment.
 
     Returns
     -------

@@ -103,6 +103,8 @@ def reconstruct(
     ------
     InputError
         If the photos cannot be used.
+    GeometryError
+        If a stage cannot compute its result, or the requested device is not available.
     TargetError
         If the results cannot be written to the disk.
     Cancelled
@@ -237,7 +239,7 @@ class _Run:
     def _place(
         self, alignment: Alignment, photos: PhotoFolder, alignment_stage: StageFolder
     ) -> _RegisteredScene:
-        """Register the largest part by control or GPS, else place it upright in a local frame."""
+        """Register the largest part by control or GPS, or else in a local upright frame."""
         from vomstudio.photogrammetry.pipeline.placing import place_scene
 
         settings, tables = self.settings, self.tables

@@ -85,7 +85,7 @@ def add_pose_errors(
     """Add the 95 % errors of position and rotation to the rows of the photos, in place.
 
     These are `position_error95_m` or, without scale, `position_error95` in the unit of the scene,
-    and `rotation_error95_deg`.
+    and `rotation_error95_deg`. `is_weak` marks weakly connected photos.
 
     Parameters
     ----------
@@ -107,7 +107,8 @@ def add_pose_errors(
 def dense_gsd(rows: Sequence[Mapping[str, Any]], dense_px: int) -> dict[str, float | None]:
     """Return the median pixel size of depth maps on the rock.
 
-    It is given in metres, or in the unit of a scene without scale.
+    It is `dense_gsd_m`, in metres, or `dense_gsd`, in the unit of a scene without scale; the other
+    value is None.
 
     dense_px : long side of the depth maps
     """
@@ -208,7 +209,10 @@ def _placement_values(report: Placement) -> dict[str, Any]:
 
 
 def _bowing(bowing: Bowing | None) -> dict[str, Any] | None:
-    """Return the bowing estimated from residuals as plain values, with its effect on dips."""
+    """Return the bowing estimated from residuals as plain values, with its effect on dips.
+
+    Returns None if `bowing` is None.
+    """
     if bowing is None:
         return None
     figures = asdict(bowing)
@@ -223,7 +227,10 @@ def _bowing(bowing: Bowing | None) -> dict[str, Any] | None:
 
 
 def lens_bowing(bend: LensDeformation | None) -> dict[str, Any] | None:
-    """Return the bowing due to the 95 % lens errors, with its effect on dips in degrees."""
+    """Return the bowing due to the 95 % lens errors, with its effect on dips in degrees.
+
+    Returns None if `bend` is None.
+    """
     if bend is None:
         return None
     return {
@@ -353,6 +360,7 @@ def model_plane_sizes(
     """Return the expected accuracy of planes on the finished model.
 
     The resolution is the largest of the point spacing, the noise, and the edge length of the mesh.
+    Returns None if it is unknown.
     """
     from vomstudio.io.models.opening import resolution
 

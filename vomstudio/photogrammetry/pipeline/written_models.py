@@ -34,7 +34,10 @@ def write_camera_files(
     rock: RockExtent | None = None,
     pose_errors: PoseErrors | None = None,
 ) -> None:
-    """Write cameras and tie points before the long computation of the depth maps."""
+    """Write cameras and tie points of all parts before the depth maps are computed.
+
+    Files of an earlier run are replaced.
+    """
     from vomstudio.io.models.writing import write_model
     from vomstudio.io.photos.cameras_file import Cameras, write_cameras, write_cameras_csv
 

@@ -122,7 +122,7 @@ def make_atlas(
     Raises
     ------
     GeometryError
-        If the mesh has no faces, or if the charts do not fit.
+        If the mesh has no faces, `texel` is not positive, or the charts do not fit.
     """
     options, progress = options or AtlasOptions(), progress or SilentProgress()
     if not len(faces):
@@ -289,7 +289,7 @@ def _direction_labels(
 
 
 def _directions(normals: FloatArray, weights: FloatArray) -> FloatArray:
-    """Select a small set of directions such that nearly all of the surface faces one of them.
+    """Select a few directions so that nearly all of the surface faces one of them.
 
     The directions are selected greedily: each covers the largest part of the remaining surface, and
     is then replaced by the mean normal of that part.
@@ -350,7 +350,7 @@ def _project(
     exact_normals: FloatArray,
     chart_coordinates: FloatArray,
 ) -> BoolArray:
-    """Project faces along their mean normal into the narrowest upright box, in place.
+    """Project faces along their mean normal, rotated into the smallest box, in place.
 
     Returns which of them face away. The mean area of texels is preserved.
     """
@@ -443,7 +443,10 @@ def _find_overlapping_faces(
 def _pack_charts(
     texel_coordinates: FloatArray, chart: Int32Array, options: AtlasOptions, progress: Progress
 ) -> tuple[FloatArray, Int32Array, IntArray] | None:
-    """Return corners on pages, in texels; None if there are too many pages."""
+    """Return corners on pages in texels, the page of each face, and the page sizes.
+
+    Returns None if there are too many pages.
+    """
     from vomstudio.photogrammetry.surface._atlas_kernels import mark_covered_cells
 
     count = int(chart.max()) + 1

@@ -57,7 +57,7 @@ class MeshingOptions:
     depth : int or None
         Depth of the octree. If None, it is derived from the spacing, the extent and the target.
     trim : float
-        Vertices whose distance from all points is larger, in spacings, are removed.
+        Maximum distance of the surface from the points, in spacings. Only closed holes exceed it.
     largest_hole_m : float or None
         Maximum width of the holes that are closed. If None, 30 spacings.
     smallest_island_faces : int
@@ -66,7 +66,8 @@ class MeshingOptions:
     sharpen : bool
         Whether to move vertices onto the points, which preserves steps and edges.
     max_points : int
-        Larger clouds are thinned evenly, which bounds the memory (about 1 GB per million points).
+        Maximum number of points, which bounds the memory (about 1 GB per million points). Larger
+        clouds are thinned evenly.
     threads : int
         Number of threads of Poisson's method; with 1, the result is reproducible.
     """
@@ -132,7 +133,7 @@ def build_surface(
     Raises
     ------
     GeometryError
-        If the cloud has no normals, too few points, or no extent.
+        If the cloud has no normals, too few points, or no extent, or if no valid surface remains.
     """
     options, progress = options or MeshingOptions(), progress or SilentProgress()
     points, normals, colors, warnings = _check_cloud(cloud, options)
@@ -313,10 +314,10 @@ def _find_cracks(
     is_air: BoolArray,
     max_distance: float,
 ) -> BoolArray:
-    """Return the band faces that are too far, along the surface, from the air to be a rim.
+    """Return the band faces that are too far from the air to be a rim.
 
-    These are narrow strips that no photo shows and that are only connected to the rim, such as the
-    treads of joint steps.
+    The distance is measured along the surface. These faces are narrow strips that no photo shows
+    and that are only connected to the rim, such as the treads of joint steps.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import dijkstra
@@ -393,7 +394,11 @@ def _refine(
 def _decimate(
     vertices: FloatArray, faces: Int32Array, target: int
 ) -> tuple[FloatArray, Int32Array]:
-    """Simplify by quadric error metrics. Libraries may fail silently, hence the count."""
+    """Simplify a mesh by quadric error metrics.
+
+    The number of triangles is checked, because libraries may fail silently. If they do, the mesh is
+    returned unchanged.
+    """
     import open3d
 
     # The stubs of Open3D lack these arguments.
@@ -431,7 +436,7 @@ def _remove_islands(
 def _orient_to_normals(
     vertices: FloatArray, faces: Int32Array, tree: Any, normals: Float32Array
 ) -> Int32Array:
-    """Orient the faces of each piece counter-clockwise, seen from the air."""
+    """Orient the faces of each piece counter-clockwise, seen from outside the rock."""
     centres = vertices[faces].mean(axis=1)
     nearest_rows = tree.query(centres)[1]
     agreements = (cross_products(vertices, faces) * normals[nearest_rows]).sum(axis=1)

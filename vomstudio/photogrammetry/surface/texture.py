@@ -76,7 +76,7 @@ class TextureReport:
     drawn_share : dict
         Share of the textured area that is drawn from each photo.
     left_out_share : dict
-        Share of the visible area of each photo that was excluded because of occluders.
+        Share of the visible vertices of each photo that was excluded because of occluders.
     seen_by_share : dict
         Share of the area by number of photos with a good view.
     unseen_share : float
@@ -103,8 +103,8 @@ class TexturedMesh:
     Attributes
     ----------
     mesh : Mesh
-        Mesh with texture coordinates and vertex colours. Its materials do not have files until
-        `write` is called.
+        Mesh with texture coordinates and vertex colours. Its materials do not have files; `write`
+        creates them.
     pages : tuple of (h, w, 3) uint8 array
         RGB, one for each material.
     source_photos : (m,) array
@@ -128,7 +128,7 @@ class TexturedMesh:
     ) -> list[Finding]:
         """Write the model in the format of each path's extension.
 
-        OBJ with MTL and JPEG, GLB, PLY and others.
+        The formats are OBJ with MTL and JPEG, GLB, PLY and others.
 
         Parameters
         ----------
@@ -139,8 +139,8 @@ class TexturedMesh:
         quality : int
             Quality of the JPEG pages.
         force : bool
+            Whether to replace existing files.
         progress : Progress, optional
-            Raises Cancelled.
 
         Returns
         -------
@@ -150,8 +150,10 @@ class TexturedMesh:
         Raises
         ------
         TargetError
+            If a file cannot be written, or exists and `force` is not set.
         UsageError
             If the extension is unknown.
+        Cancelled
         """
         from vomstudio.io.models.writing import write_model
 
@@ -178,7 +180,10 @@ class TexturedMesh:
 
 
 def encode_jpeg(page: ByteArray, quality: int = JPEG_QUALITY) -> bytes:
-    """Encode an RGB page with colours at full resolution."""
+    """Encode an RGB page as JPEG, with colours at full resolution.
+
+    Raises GeometryError if the page is too large for the format.
+    """
     import cv2
 
     settings = [
@@ -209,9 +214,10 @@ def make_texture(
     Raises
     ------
     GeometryError
-        If the mesh has no faces, or if more than half of it is not visible in any photo.
+        If there are no faces or photos, or if more than half of the mesh is not visible in any
+        photo.
     InputError
-        If the shape of a photo differs from that of its camera.
+        If a photo cannot be read, or its shape differs from that of its camera.
     Cancelled
     """
     options, executor, progress = (
@@ -386,7 +392,7 @@ def _quantiles(values: FloatArray, areas: FloatArray, shares: Sequence[float]) -
 
 
 def _fill_unknown_colors(blend_result: Blend, mesh: Mesh) -> Float32Array:
-    """Fill unknown vertex colours with those of the cloud, or with the mean colour."""
+    """Fill unknown vertex colours with those of the original mesh, or with the mean colour."""
     colors = blend_result.colors.copy()
     is_unknown = ~blend_result.is_known
     if is_unknown.any():

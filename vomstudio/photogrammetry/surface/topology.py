@@ -8,7 +8,10 @@ from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntArray
 
 
 def edge_keys(faces: Int32Array) -> IntArray:
-    """Return one number (m, 3) per undirected edge: corner k to corner k + 1."""
+    """Return a key (m, 3) of each edge, from corner k to corner k + 1.
+
+    The key is the same for both directions of an edge.
+    """
     start, end = faces.astype(np.int64), np.roll(faces, -1, axis=1).astype(np.int64)
     return np.minimum(start, end) << 32 | np.maximum(start, end)
 
@@ -28,7 +31,10 @@ def neighbours(faces: Int32Array) -> Int32Array:
 
 
 def components(faces: Int32Array, is_included: BoolArray | None = None) -> Int32Array:
-    """Return the piece (m,) of each face, connected by edges; -1 for excluded faces."""
+    """Return the index (m,) of the connected piece of each face; -1 for excluded faces.
+
+    Faces are connected by common edges.
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -51,7 +57,10 @@ def components(faces: Int32Array, is_included: BoolArray | None = None) -> Int32
 
 
 def compact(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray, Int32Array, IntArray]:
-    """Remove unused vertices, and return the original rows of the remaining ones."""
+    """Remove unused vertices.
+
+    Returns the remaining vertices, the faces, and the original rows of the vertices.
+    """
     is_used = np.zeros(len(vertices), bool)
     is_used[faces] = True
     rows = np.flatnonzero(is_used)

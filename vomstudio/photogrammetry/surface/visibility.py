@@ -42,7 +42,7 @@ class MaskedPhoto(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class VisibilityTask:
-    """Input of `compute_visibility`: one photo and the complete mesh, in the photo's frame."""
+    """Input of `compute_visibility`: a photo with its view, and the mesh in the same frame."""
 
     photo: bytes
     mask: bytes | None
@@ -254,7 +254,10 @@ def scale_to_level(pixels: FloatArray, level: int) -> FloatArray:
 
 
 def _sample_colors(picture: Any, pixels: FloatArray, edge_lengths_px: FloatArray) -> Float32Array:
-    """Return RGB averaged over a third of a vertex's edges, to exclude the area beyond edges."""
+    """Return the RGB of each vertex, averaged over a third of the length of its edges.
+
+    A larger area would include the surface beyond an edge.
+    """
     from vomstudio.photogrammetry.surface._visibility_kernels import interpolate_picture
 
     layers = pyramid(picture, _LEVELS)
@@ -271,7 +274,7 @@ def _sample_colors(picture: Any, pixels: FloatArray, edge_lengths_px: FloatArray
 
 
 def _detail(picture: Any, pixels: FloatArray) -> Float32Array:
-    """Return the ratio of the contrast over about two pixels to that over about eight.
+    """Return the log ratio of the contrast over about two pixels to that over about eight.
 
     It is lower for blurred photos, regardless of their content. The finest scale, which contains
     noise, is excluded.

@@ -66,8 +66,8 @@ def check_photos(
 ) -> SurveyReport:
     """Check photos before the alignment.
 
-    distance_m : distance from the camera to the rock, if known; drones that look down state their
-    height
+    distance_m : distance from the camera to the rock; by default, the distance is derived from the
+        height of a drone that looks down, and is otherwise unknown
     """
     return report(measure_folder(folder, progress), folder, distance_m, limits or Limits())
 

@@ -30,7 +30,7 @@ class Limits:
         Maximum ratio of baseline to distance for a single position; turn_deg and zoom distinguish
         the photos taken there.
     blur_px, max_blur_ratio : float
-        Blur sigma, and its ratio to the median of the set.
+        Maximum blur sigma, in pixels, and its maximum ratio to the median of the set.
     min_brightness, saturated_share : float
         Minimum mean linear light, and maximum share of saturated pixels.
     stops, max_exposure_stops : float

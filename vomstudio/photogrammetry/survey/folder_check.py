@@ -49,7 +49,7 @@ def check_folder(
 ) -> tuple[FolderCheck, PhotoFolder]:
     """Check a folder, and return the check with the photos.
 
-    Raises InputError, UsageError.
+    Raises InputError if the folder cannot be used.
 
     distance_m : distance from the camera to the rock, if known
     """

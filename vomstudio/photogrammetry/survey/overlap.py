@@ -73,6 +73,8 @@ class PairOverlap:
 
     Attributes
     ----------
+    first, second : int
+        Rows of the photos.
     matches : int
         Number of verified matches.
     plane_share : float
@@ -80,13 +82,13 @@ class PairOverlap:
     overlap : float
         Share of either photo that the other one shows, whichever is smaller.
     pixel_ratio : float or None
-        Pixel size on the rock of the first photo divided by that of the second.
+        Pixel size on the rock of the first photo divided by that of the second; None if unknown.
     rotation : (3, 3) array or None
-        Rotation from the first camera to the second; None if the focal lengths are unknown.
+        Rotation from the first camera to the second; None if unknown.
     baseline_ratio : float or None
         Lower limit of the ratio of the baseline to the distance from the rock; None if unknown.
-    is_inside, is_inside_back : (GRID * GRID,) array of bool
-        Which grid points of the first photo the second one shows, and vice versa.
+    is_inside, is_inside_back : (k,) array of bool
+        Which points of a grid on the first photo the second one shows, and vice versa.
     """
 
     first: int
@@ -102,7 +104,7 @@ class PairOverlap:
 
     @property
     def turn_deg(self) -> float | None:
-        """Angle between the optical axes."""
+        """Angle between the optical axes; None if the rotation is unknown."""
         if self.rotation is None:
             return None
         return math.degrees(math.acos(float(np.clip(self.rotation[2, 2], -1.0, 1.0))))
@@ -410,7 +412,10 @@ def _is_inside_hull(points: FloatArray, f: NormalizedFeatures) -> BoolArray:
 
 
 def _pixel_ratio(homography: FloatArray, a: NormalizedFeatures) -> float | None:
-    """Return the magnification of the homography at the centre of the first photo."""
+    """Return the magnification of the homography at the centre of the first photo.
+
+    Returns None if the homography is degenerate there.
+    """
     x, y = a.width / 2, a.height / 2
     w = homography[2] @ [x, y, 1.0]
     u, v = (homography[:2] @ [x, y, 1.0]) / w
@@ -422,7 +427,10 @@ def _pixel_ratio(homography: FloatArray, a: NormalizedFeatures) -> float | None:
 def _plane_motion(
     homography: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures
 ) -> tuple[FloatArray | None, float | None]:
-    """Return the rotation between the cameras, and the ratio of baseline to distance."""
+    """Return the rotation between the cameras, and the ratio of baseline to distance.
+
+    Both are None if a focal length is unknown.
+    """
     k1, k2 = a.calibration_matrix, b.calibration_matrix
     if k1 is None or k2 is None:
         return None, None
@@ -438,7 +446,7 @@ def _plane_motion(
 
 
 def _facing_rotation(h: FloatArray) -> FloatArray | None:
-    """Return the most probable motion of a homography.
+    """Return the most probable rotation of a homography, or None if it has no solution.
 
     Two solutions have the plane in front of the cameras. The one whose plane faces the first camera
     most is used; in the other, camera path and normal are exchanged.
@@ -463,7 +471,7 @@ lengths."""
 def _rotation_from_essential_matrix(
     p: FloatArray, q: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures
 ) -> FloatArray | None:
-    """Return the rotation from the essential matrix."""
+    """Return the rotation from the essential matrix, or None if it cannot be computed."""
     import cv2
 
     k1, k2 = a.calibration_matrix, b.calibration_matrix

@@ -41,7 +41,8 @@ def parse_camera(text: str, focal_mm: float | None = None) -> PlanCamera:
     Numbers are sensor size in mm, focal length in mm and size in pixels, such as
     `23.5x15.6,35,6000x4000` or `sensor=23.5 focal=35 pixels=6000`.
 
-    Raises UsageError, and InputError for a photo.
+    Raises UsageError if the camera is unknown or incomplete, and InputError if a photo cannot be
+    read.
 
     focal_mm : focal length that replaces any other value
     """

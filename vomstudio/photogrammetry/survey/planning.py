@@ -201,13 +201,15 @@ def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
     """Compute stations, control points and figures of a survey.
 
     For the manner "terrain", the width and height are those of the ground. A camera without a
-    diaphragm keeps its fixed f-number. If more than one of distance, pixel size and smallest plane
-    are given, the distance is used, with a warning if it is too far for the finer of the other two.
+    diaphragm keeps its fixed f-number. If a distance is given, it is used, with a warning if it is
+    too far for the given pixel size or smallest plane. Otherwise, the distance follows from the
+    finer of these two.
 
     Raises
     ------
     UsageError
-        If no distance is given, or if the lens cannot focus at it.
+        If distance, pixel size and smallest plane are all missing, if the lens cannot focus at the
+        distance, or if too many photos would be necessary.
     """
     width_m, height_m = options.width_m, options.height_m
     overlap, manner = options.overlap, options.manner
@@ -265,9 +267,10 @@ def _aperture(camera: PlanCamera, f_number: float | None) -> tuple[float, list[F
 def _distance(
     camera: PlanCamera, distance_m: float | None, gsd_m: float | None, plane_m: float | None
 ) -> tuple[float, float, list[Finding]]:
-    """Return the distance and pixel size on the rock in m, and a warning if it is too large.
+    """Return the distance and the pixel size on the rock in metres, and warnings.
 
-    Raises UsageError if none of them is given, or if the lens cannot focus at the distance.
+    There is a warning if the pixel size is larger than requested. Raises UsageError if no value is
+    given, or if the lens cannot focus at the distance.
     """
     warnings = []
     if plane_m is not None:
@@ -307,7 +310,7 @@ def _stations(
     """Return rows of perpendicular photos with obliques between them.
 
     They extend beyond the ends of the outcrop, and then (by drone) beyond its borders, until four
-    photos show every corner. Also returns the minimum and median number of views.
+    photos show every part. Also returns the minimum and median number of views.
     """
     columns = max(1, math.ceil(width / spacing[0] - 1e-9))
     extensions = [(0, 0.0), (1, 0.0)]

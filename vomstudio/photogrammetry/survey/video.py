@@ -143,8 +143,10 @@ def take_frames(
     Raises
     ------
     InputError
-        If the file is not a video.
-    UsageError, TargetError, Cancelled
+        If the file is not a video, or has no usable frames.
+    TargetError
+        If the folder cannot be written, or is not empty and `force` is not set.
+    UsageError, Cancelled
     """
     progress = progress or SilentProgress()
     target = _check_target(Path(folder), force)
@@ -292,7 +294,7 @@ def _select_frames(
 def _candidate_groups(
     source: _Video, window: int
 ) -> Iterator[tuple[int, list[tuple[int, ByteArray]]]]:
-    """Return the candidate frames of each interval."""
+    """Yield the number of processed frames and the candidate frames of each interval."""
     stride = max(1, window // _CANDIDATES_PER_INTERVAL)
     group: list[tuple[int, ByteArray]] = []
     end = window
@@ -379,7 +381,7 @@ def _add_verdict(report: FrameReport, fps: float) -> FrameReport:
 
 
 def video_verdict(report: FrameReport) -> Finding:
-    """Return whether a video is suitable for a reconstruction."""
+    """Return the verdict on whether a video is suitable for a reconstruction."""
     if not report.reasons:
         return Finding("video.usable", count=len(report.frames))
     sentences = " ".join(reason.message for reason in report.reasons)

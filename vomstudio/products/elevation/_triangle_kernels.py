@@ -41,10 +41,10 @@ def _rows(ny, low, high, top, cell_size):  # type: ignore[no-untyped-def]
 def _find_enclosing_triangle(  # type: ignore[no-untyped-def]
     points, starts, nx, ny, grid_left, top, cell_size, x, y, half_width, triangle
 ):
-    """Find three points around a position, and return whether they enclose it.
+    """Find three points of a square around a position, and return whether they enclose it.
 
-    These are the nearest point in the square, and the points on either side of it with the
-    largest angles from it.
+    The first is the point nearest to the position. The other two are the points on either side of
+    the line to it that have the largest angles from it, as seen from the position.
     """
     j0, j1 = _rows(ny, y - half_width, y + half_width, top, cell_size)
     nearest_square, a = math.inf, -1
@@ -89,7 +89,10 @@ def _barycentric_coordinates(points, a, b, c, x, y):  # type: ignore[no-untyped-
 
 @part
 def _lifted_plane(points, triangle, x, y):  # type: ignore[no-untyped-def]
-    """Return the slopes and the height at a position of the plane through lifted points."""
+    """Return the slopes of the plane through lifted points, and its height at a position.
+
+    All are NaN if the points are collinear.
+    """
     ax, ay = points[triangle[0], 0] - x, points[triangle[0], 1] - y
     bx, by = points[triangle[1], 0] - x, points[triangle[1], 1] - y
     cx, cy = points[triangle[2], 0] - x, points[triangle[2], 1] - y
@@ -107,7 +110,10 @@ def _lifted_plane(points, triangle, x, y):  # type: ignore[no-untyped-def]
 def _find_deepest_point(  # type: ignore[no-untyped-def]
     points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, half_width
 ):
-    """Return the point in a square that is deepest inside the circle of a plane, or -1."""
+    """Return the index of the point deepest inside the circle of a lifted plane.
+
+    Only points in the square around the position are tested. Returns -1 if none is inside.
+    """
     mx, my = f / 2, g / 2
     radius = math.sqrt(max(h + mx * mx + my * my, 0.0))
     low_y, high_y = max(my - radius, -half_width), min(my + radius, half_width)
@@ -155,9 +161,9 @@ def _has_long_edge(points, triangle, limit):  # type: ignore[no-untyped-def]
 
 @part
 def _flip_to_delaunay(points, starts, nx, ny, grid_left, top, cell_size, x, y, limit, triangle):  # type: ignore[no-untyped-def]
-    """Turn an enclosing triangle into the Delaunay triangle.
+    """Turn an enclosing triangle into the Delaunay triangle; return whether it is usable.
 
-    Returns whether its sides do not exceed the limit.
+    It is not usable if a side exceeds the limit or if the search fails.
     """
     for _ in range(MAX_FLIPS):
         f, g, h = _lifted_plane(points, triangle, x, y)
@@ -195,14 +201,14 @@ def interpolate(  # type: ignore[no-untyped-def]
     triangle,
     depth,
 ):
-    """Interpolate heights in Delaunay triangles; NaN where a side exceeds the limit.
+    """Interpolate depths at cell centres in Delaunay triangles of points.
 
     Parameters
     ----------
     points : (n, 3) array
         Points at distinct positions, sorted by bucket.
     starts : (nx ny + 1,) array
-        Index of the first point of each bucket.
+        Index of the first point of each bucket, followed by n.
     nx, ny, grid_left, top, cell_size
         Grid of buckets: ny rows of nx squares.
     first_x, first_y, step
@@ -212,7 +218,7 @@ def interpolate(  # type: ignore[no-untyped-def]
     triangle : (3,) int array
         Work array.
     depth : (h, w) array
-        Output array for the heights.
+        Output array; NaN outside the triangles and where a side exceeds the limit.
     """
     h, w = depth.shape
     offset_x, offset_y = POSITION_OFFSET * cell_size, 0.618 * POSITION_OFFSET * cell_size

@@ -91,8 +91,8 @@ def extract_top_sheet(points: FloatArray) -> FloatArray:
 
     A point is below another sheet if some of its neighbours in the plane lie above it, beyond a gap
     of `MIN_GAP_SPREADS` times the extent of the neighbourhood, and if these are mixed with the
-    other neighbours in the plane. (On a slope, a line separates the two groups.) If points coincide
-    in the plane, the uppermost remains.
+    other neighbours or surround the point. (On a slope, a line separates the two groups.) If points
+    coincide in the plane, the uppermost remains.
     """
     order = np.lexsort((points[:, 2], points[:, 1], points[:, 0]))
     ordered_points = points[order]
@@ -111,9 +111,9 @@ def extract_top_sheet(points: FloatArray) -> FloatArray:
 def _find_hidden_points(
     points: FloatArray, candidate_rows: IndexArray
 ) -> tuple[BoolArray, BoolArray]:
-    """Find the points (n,) that lie below another sheet, and those to be tested again.
+    """Return masks (n,) of points below another sheet, and of points to be tested again.
 
-    The latter have a gap above them or are neighbours of removed points.
+    Points to be tested again have a gap above them or are neighbours of hidden points.
     """
     from scipy.spatial import cKDTree
 
@@ -187,7 +187,10 @@ def _is_covered(offsets: FloatArray, is_above: BoolArray) -> BoolArray:
 
 
 def average_top_points(points: FloatArray, cell_size: float) -> FloatArray:
-    """Average, in each square, the points within a few square sides of the highest point."""
+    """Average, in each square, the points close to the uppermost one.
+
+    They are at most `MIN_GAP_SPREADS` times the side of the square below it.
+    """
     cells = np.floor((points[:, :2] - points[:, :2].min(axis=0)) / cell_size).astype(np.int64)
     key = cells[:, 1] * (cells[:, 0].max() + 1) + cells[:, 0]
     order = np.lexsort((points[:, 2], key))

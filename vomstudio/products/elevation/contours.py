@@ -37,7 +37,7 @@ def contour_lines(
     Raises
     ------
     UsageError
-        If there are too many levels.
+        If there are more than `MAX_LEVELS` levels.
     """
     is_known = np.isfinite(heights)
     if not is_known.any() or min(heights.shape) < 2:

@@ -102,7 +102,10 @@ class MeshHeights:
 
 
 class CloudHeights:
-    """Source of depths of a cloud; a tile uses all points within the maximum side."""
+    """Source of depths of a cloud; NaN outside the surface.
+
+    Each tile also uses the points within the maximum triangle side around it.
+    """
 
     def __init__(self, view: FloatArray, limit: float, grid: Grid) -> None:
         from vomstudio.products.ortho._splat_kernels import bin_points

@@ -51,6 +51,7 @@ def read_picture(raster: Path, maximum: int = MAX_SIDE_PX) -> ElevationPicture:
     Raises
     ------
     InputError
+        If the file cannot be read.
     """
     import rasterio
     from rasterio.enums import Resampling

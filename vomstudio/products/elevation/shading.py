@@ -61,9 +61,9 @@ def compute_dips(
     Returns
     -------
     dip : (h, w) array
-        Dip from the World horizontal, 0 to 90 degrees.
+        Dip from the World horizontal, 0 to 90 degrees; NaN if unknown.
     dip_direction : (h, w) array
-        Dip direction, 0 to 360 degrees; NaN on a level surface.
+        Dip direction, 0 to 360 degrees; NaN if unknown or on a level surface.
     """
     dip, azimuth = (np.full(heights.shape, np.nan, np.float32) for _ in range(2))
     for rows, part in _strips(heights):

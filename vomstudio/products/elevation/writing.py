@@ -50,7 +50,7 @@ def elevation_outputs(raster: str | Path, files: DemFiles) -> dict[str, Path]:
 
 
 def check_targets(raster: str | Path, files: DemFiles, *, force: bool) -> None:
-    """Check the files to be written before the computation starts.
+    """Check that the files can be written, before the computation starts.
 
     Raises
     ------

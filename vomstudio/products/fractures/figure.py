@@ -63,9 +63,9 @@ class FracturePage:
     columns_mm : tuple of float
         Widths of the legend's columns.
     rows : int
-        Rows of the legend.
+        Number of rows of the legend; 0 without a legend.
     curves : str
-        Letters of the panels below: lengths (d) and intensity (e).
+        Letters of the panels in the lower row: d for lengths, e for intensity.
     """
 
     columns_mm: tuple[float, ...]
@@ -89,7 +89,9 @@ class FracturePage:
 
 
 def lay_out_page(mapped_network: MappedNetwork, style: NetStyle = PRINT) -> FracturePage:
-    """Lay out the figure: the legend names all sets, and panels without data are left out.
+    """Lay out the figure, without panels that have no data.
+
+    The legend names at most `MAX_SETS` sets; it is omitted for a single set.
 
     Parameters
     ----------
@@ -343,7 +345,7 @@ def _draw_directions(
     mapped_network: MappedNetwork,
     style: NetStyle,
 ) -> None:
-    """Draw the upward arrow and, for a face, the directions of its ends."""
+    """Draw the arrow to north or up and, for a face, the compass points of its ends."""
     x_left, bottom, width, height = bounds
     top = bottom + height
     left_name, right_name, up = _orientation(mapped_network)

@@ -190,7 +190,7 @@ class _PlacedTraces:
     plane : TracePlane or None
         Plane of the traces; None if the coordinates are those of the map.
     heights : (float, float)
-        Minimum and maximum Z of the traces, m.
+        Minimum and maximum Z of the traces, m; NaN if unknown.
     """
 
     layer: DrawnLayer
@@ -247,7 +247,8 @@ def _plane_from_attitude(
 ) -> TracePlane | None:
     """Return the plane given by the user, placed through the traces, or None for a map.
 
-    `flat_count` is the number of lines without heights.
+    `flat_count` is the number of lines without heights. Raises GeometryError if no line has
+    heights.
     """
     if attitude.undefined or not (lines or flat_count):
         return None
@@ -267,7 +268,10 @@ def _attributes(options: FractureOptions) -> list[str]:
 
 
 def _exclude_repeats(drawn_layer: DrawnLayer) -> DrawnLayer:
-    """Exclude lines that repeat another line according to their attribute `repeat_of`."""
+    """Exclude lines that repeat another line according to their attribute `repeat_of`.
+
+    Raises InputError if no line remains.
+    """
     name = next(
         (column for column in drawn_layer.columns if column.casefold() == _REPEAT_COLUMN), None
     )
@@ -295,7 +299,7 @@ def assign_sets(
 ) -> list[str] | None:
     """Assign each trace (n,) to a set by an attribute or by ranges of strike.
 
-    If neither is given, the attribute `set` is used if it exists, otherwise no sets (None).
+    If neither is given, the attribute `set` is used. Returns None if it does not exist.
     """
     if strikes:
         row = assign_ranges(

@@ -164,7 +164,7 @@ class NetEllipse:
         return nets.pole_ellipse(self.plane, self.max_angle_deg, self.min_angle_deg, self.rake_deg)
 
     def pole_ellipse(self) -> NetLineEllipse:
-        """Ellipse of the pole, treated as a line."""
+        """Return the ellipse of the pole as a `NetLineEllipse`."""
         pole = self.plane.pole()
         sine, cosine = sin_cos_deg(self.rake_deg)
         direction = cosine * self.plane.strike_vector() + sine * self.plane.dip_vector()
@@ -194,7 +194,10 @@ class NetLineEllipse:
 
 
 def fold_ellipse(fold: FoldAxis) -> NetLineEllipse | None:
-    """Return the 95 % ellipse of a fold axis, including the registration error if known."""
+    """Return the 95 % ellipse of a fold axis, or None if it is unknown.
+
+    It includes the registration error if this is known.
+    """
     if fold.total is not None and fold.registration_error_deg is not None:
         return NetLineEllipse.of(fold.beta.vector(), fold.total)
     major_deg, minor_deg = fold.max_confidence95_deg, fold.min_confidence95_deg
@@ -284,7 +287,7 @@ class LiveFeature:
 
     @property
     def place(self) -> Line | None:
-        """Pole of the plane, or the line itself."""
+        """Pole of the plane, or the line itself; None if there is neither."""
         return self.line if self.plane is None else self.plane.pole()
 
 
@@ -330,16 +333,17 @@ class NetContents:
         Whether to draw great circles of planes. If None, they are drawn for up to
         `MAX_AUTOMATIC_CIRCLES` planes.
     poles : bool
+        Whether to draw the poles of planes, and the lines.
     means : tuple of NetMean
     fold : FoldAxis or None
     fold_not_good_count : int or None
-        Number of planes used for the fold axis whose verdict is not good; None if unknown.
+        Number of planes of the fold axis that are not rated good; None if unknown.
     selected : frozenset of str
         Ids of highlighted features; their great circles are always drawn.
     ellipses : tuple
         95 % ellipses of the selected features.
     contour : str or None
-        Density method for the contours of all poles and lines, one of `density.DENSITY_METHODS`.
+        Density method of the contours, one of `density.DENSITY_METHODS`; None for no contours.
     contouring : Contouring
     user_circles : tuple of NetCircle
         Great and small circles entered by the user, and girdles.
@@ -356,10 +360,10 @@ class NetContents:
         Text above the net, and text above its caption (frame, north, omissions).
     compact : bool
         Whether to use the short legend for the screen. It does not mention the ellipse of the
-        selection, which would shift the net at every click.
+        selection, because the net would move at every click.
     brief : bool
-        Whether a small net shows its sets only if two rows suffice, no caption, and a free row at
-        the bottom for the selection.
+        Whether the net is small. Its legend is omitted if it needs more than two rows, the
+        projection and the averages are omitted, and a row at the bottom is left for the selection.
     north : bool
         Whether azimuths are from north; False in a local frame, where they are measured from the y
         axis.
@@ -403,7 +407,12 @@ def make_sets(
 ) -> tuple[NetSet, ...]:
     """Build sets from {name: (kind, azimuths, angles)} with default colours and symbols.
 
-    Rows that contain non-numeric values are omitted.
+    Features with NaN or infinite angles are omitted.
+
+    Raises
+    ------
+    ValueError
+        If a kind is neither "plane" nor "line".
     """
     sets = []
     for i, (name, (kind, azimuth, angle)) in enumerate(groups.items()):
@@ -447,8 +456,9 @@ def compute_means(
 ) -> tuple[NetMean, ...]:
     """Compute the mean of every set with at least three features.
 
-    For a cluster, this is Fisher's mean, otherwise the first axis of the orientation tensor if it
-    is defined. Planes are averaged by their poles, and the mean plane is given as text.
+    For a cluster, this is Fisher's mean, otherwise the first axis of the orientation tensor. Sets
+    for which neither is defined are omitted. Planes are averaged by their poles, and the mean plane
+    is given as text.
     """
     set_list = list(sets)
     means = []
@@ -492,7 +502,10 @@ def describe_means(means: Sequence[NetMean]) -> str:
 
 
 def _total(net_set: NetSet, mean: FloatArray) -> NetLineEllipse | None:
-    """Return the 95 % ellipse of a mean (3,), from the registration and Fisher's cone."""
+    """Return the 95 % ellipse of a mean (3,), from the registration and Fisher's cone.
+
+    Returns None if the registration errors are unknown.
+    """
     if net_set.rotation_errors is None or not net_set.rotation_errors.has_known_errors:
         return None
     vectors = net_set.vectors()

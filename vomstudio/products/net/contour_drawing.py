@@ -52,7 +52,7 @@ def draw_contours(ax: Any, plan: ContourPlan, style: NetStyle) -> None:
 def _line_colors(
     colored_set: NetSet | None, colors: list[str], is_filled: bool, style: NetStyle
 ) -> list[str]:
-    """Return the line colours; between filled contours, lines are only separators."""
+    """Return the colours of the contour lines; between filled contours, all are the same."""
     if not is_filled:
         return colors
     color = style.soft if colored_set is None else style.outline(style.color(colored_set.color))

@@ -140,7 +140,10 @@ def contoured_sets(net: NetContents) -> list[NetSet]:
 
 
 def _describe_subject(net: NetContents) -> str:
-    """Describe the sets that are contoured together, unless the net has no others."""
+    """Describe the sets that are contoured together.
+
+    Returns an empty text if each set has its own contours or the net has fewer than two groups.
+    """
     sets = contoured_sets(net)
     if net.contouring.each_set or len({set_.group_name for set_ in net.sets if len(set_)}) < 2:
         return ""
@@ -151,7 +154,10 @@ def _describe_subject(net: NetContents) -> str:
 
 
 def contour_groups(net: NetContents) -> list[tuple[NetSet | None, FloatArray]]:
-    """Return each contoured set with its vectors (n, 3), or None with those of all sets."""
+    """Return each contoured set with its vectors (n, 3).
+
+    If the sets are contoured together, the only item is None with the vectors of all of them.
+    """
     sets = contoured_sets(net)
     if not sets:
         return []
@@ -171,8 +177,8 @@ def contour_levels(net: NetContents, top: float) -> tuple[float, ...]:
 def describe_density(net: NetContents) -> dict[str, Any] | None:
     """Describe the contours of a net as plain values, or return None if it has none.
 
-    The values are the method, unit, sigma and levels and, for each set (or all features, None), its
-    size and the direction of its maximum.
+    The values are the method, unit, sigma and levels and, for each group of contours, its name, its
+    size, and its maximum with trend and plunge. The name is None for all sets together.
     """
     plan = ContourPlan.of(net)
     if net.contour is None or plan is None:

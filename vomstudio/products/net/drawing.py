@@ -120,7 +120,7 @@ class NetDrawing:
                 )
 
     def _addition_color(self, color: str | None) -> str:
-        """Return the colour of an addition; `color` is that of its set, or None."""
+        """Return the colour of a circle, mark or mean; `color` is that of its set, or None."""
         return self.style.ink if color is None else self.style.outline(self.style.color(color))
 
     def _draw_set(self, s: NetSet) -> None:

@@ -84,10 +84,11 @@ class NetArtists:
         return nets.line_at(*self.to_net(x_px, y_px), self.contents.projection)
 
     def feature_at(self, x_px: float, y_px: float, max_distance_px: float = 6.0) -> str | None:
-        """Return the id of the nearest pole or line within reach, or else of a great circle.
+        """Return the id of the nearest pole or line, or else of the nearest great circle.
 
-        Great circles must be within half the reach. If features are equally near, the topmost one,
-        which was drawn last, is returned.
+        A pole or line must be within `max_distance_px`, a great circle within half of it or within
+        2 pixels. Returns None if there is none. If several poles or lines are equally near, the one
+        drawn last is returned.
         """
         point = np.array(self.to_net(x_px, y_px))
         best_distance, id_ = max_distance_px / self.radius_px, None
@@ -152,6 +153,11 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
 
     The layout depends on the size: the legend is beside the net in a wide figure, and below it
     otherwise. Call this function again after a resize.
+
+    Raises
+    ------
+    UsageError
+        If the contouring method is unknown.
     """
     if net.contour is not None and net.contour not in densities.DENSITY_METHODS:
         raise UsageError(
@@ -188,7 +194,7 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
 
 
 def _fitting_height_mm(net: NetContents, style: NetStyle, width_mm: float) -> float:
-    """Return the default height of a figure, or more if its text requires it."""
+    """Return the default height of a figure, increased if the text or the net requires it."""
     from matplotlib.figure import Figure
 
     min_diameter_pt = min(_MIN_NET_MM, _MIN_WIDTH_SHARE * width_mm) / 25.4 * 72.0
@@ -217,12 +223,12 @@ def write_stereonet(
 ) -> None:
     """Write a net as SVG, PDF or PNG; text remains editable in SVG and PDF.
 
-    If no height is given, the figure is as high as its text requires.
+    If no height is given, the default height is increased until all text fits.
 
     Raises
     ------
     UsageError
-        If the format is not supported.
+        If the format or the contouring method is not supported.
     """
     width = width_mm or SIZE_MM[0]
 
@@ -241,7 +247,7 @@ def write_stereonet(
 
 
 def _legend_ellipse_types(net: NetContents) -> list[type]:
-    """Return the kinds of ellipses of the selection that the legend explains."""
+    """Return the types of the selection's ellipses, which determine their legend entry."""
     return [type(ellipse) for ellipse in net.ellipses]
 
 

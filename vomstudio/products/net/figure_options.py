@@ -119,11 +119,12 @@ class StereonetFigure(FigureAppearance):
 
     @property
     def width_and_height(self) -> tuple[float | None, float | None]:
-        """Width and height in millimetres.
+        """Width and height in millimetres; None if not given.
 
         Raises
         ------
         UsageError
+            If the text is not a valid size.
         """
         if self.size_mm is None:
             return None, None
@@ -190,8 +191,8 @@ class StereonetOptions(Options):
     Raises
     ------
     UsageError
-        If a value is out of bounds, levels are given without a method, or planes are filtered
-        without a fold axis.
+        If a value is out of bounds, levels are invalid, levels or a contoured set are given without
+        a method, or planes are filtered without a fold axis.
     """
 
     by: str | None = option(

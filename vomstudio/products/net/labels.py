@@ -30,8 +30,8 @@ def find_label_position(
 ) -> tuple[float, float] | None:
     """Find a position for a label near its mark.
 
-    The label overlaps no other text or mark, lies inside the figure, and hides as few poles as
-    possible.
+    The label overlaps no other text, lies inside the figure, and is nearest to its own mark.
+    Positions that hide few marks and poles are preferred.
 
     Returns
     -------

@@ -143,7 +143,9 @@ def _draw_ticks(ax: Any, style: NetStyle, letter: float) -> None:
 
 
 def plane_transform(ax: Any) -> Transform:
-    """Return the transform of positions in the unit circle, for symbols without a direction.
+    """Return the transform from positions in the unit circle to display coordinates.
+
+    It is used for symbols that do not represent a direction.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ MAX_PLANES = 300
 
 
 def parse_plane_circle(text: str, notation: str = "dipdir/dip") -> NetCircle:
-    """Parse the great circle of a plane given as "DD/D" or in the notation.
+    """Parse the great circle of a plane given as "DD/D" or in `notation`.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def _parse_mark(line: Line, text: str) -> NetMark:
 
 
 def parse_net_plane(text: str, field: str, notation: str = "dipdir/dip") -> Plane:
-    """Parse a plane given as "DD/D" or in the notation.
+    """Parse a plane given as "DD/D" or in `notation`.
 
     Raises
     ------
@@ -185,7 +185,7 @@ class NetRotation:
         return v
 
     def rotate_set(self, net_set: NetSet) -> NetSet:
-        """Rotate a set; the registration errors of rotated features are not known."""
+        """Rotate a set; its registration errors become unknown."""
         v = self.vectors(net_set.vectors())
         if net_set.kind == "plane":
             azimuth, angle = normals_to_planes(v)[:2]

@@ -108,9 +108,10 @@ class NetPage:
     # Layout
 
     def _arrange(self) -> None:
-        """Arrange the legend and the colour bar beside or below the net to make it largest.
+        """Arrange the legend and the colour bar beside or below the net, whichever is better.
 
-        The attribute `is_complete` is set to whether nothing had to be omitted.
+        The net should be as large as possible. Sets `is_complete` to False if entries or averages
+        had to be omitted.
         """
         head = self.row + 0.6 * self.font  # N and its tick
         tick = 0.9 * self.font
@@ -199,7 +200,7 @@ class NetPage:
         )
 
     def _caption_height(self) -> float:
-        """Return the height of the caption and the colour bar below a legend beside the net."""
+        """Return the height of the caption and the colour bar if the legend is beside the net."""
         caption_height = (self.rows_below + 1.0) * self.row
         if self.bar is None:
             return caption_height
@@ -212,7 +213,7 @@ class NetPage:
         return len(self.caption_lines) + len(self.words)
 
     def _wrap(self, entry: NetLegendEntry, width: float) -> list[NetLegendEntry]:
-        """Return the lines of an entry; on the screen, long texts are shortened instead."""
+        """Return the wrapped lines of a legend entry; on the screen, it remains a single line."""
         if self.net.compact:
             return [entry]
         line_width = (width - _SYMBOL_LETTERS * self.font) / _HINTING_FACTOR
@@ -334,7 +335,7 @@ class NetPage:
         self.text_boxes = [box for box in self.text_boxes if box is not reserved_box]
 
     def _reserved_box(self) -> Box | None:
-        """Return the area in which the screen shows the selected feature."""
+        """Return the area in which the screen shows the selected feature, or None in print."""
         if not self.net.compact:
             return None
         if self.net.brief:
@@ -342,7 +343,7 @@ class NetPage:
         return (0.0, self.height - 2 * self.row, _MAX_CORNER_SHARE * self.width, self.height)
 
     def _connect_label(self, mark: FloatArray) -> None:
-        """Connect the last text to its mark by a line if other symbols are nearer to it."""
+        """Connect the last text to its mark by a line if it is far from the mark."""
         x_left, y_low, x_right, y_high = self.text_boxes[-1]
         end = np.clip(mark, [x_left, y_low], [x_right, y_high])
         offsets = mark - end
@@ -446,7 +447,10 @@ def _wrap_texts(texts: Sequence[str], font_pt: float, width: float) -> list[str]
 
 
 def _limit_lines(lines: list[str], max_lines: int) -> list[str]:
-    """Limit the number of lines of averages; the last one reports omitted lines."""
+    """Limit the number of lines of averages; the last line reports omissions.
+
+    Returns an empty list if lines must be omitted and fewer than two are allowed.
+    """
     if len(lines) <= max_lines:
         return lines
     return (

@@ -49,7 +49,7 @@ _MIN_PANEL_MM, _MAX_PANEL_MM = 42.0, 105.0
 
 
 def choose_rings(top: float) -> list[float]:
-    """Return two or three round shares, the last of which is at least the largest petal."""
+    """Return two or three round shares for rings; the largest is at least `top`."""
     for step in (0.01, 0.02, 0.05, 0.1, 0.2, 0.25):
         count = math.ceil(top / step - 1e-9)
         if count <= 3:
@@ -165,7 +165,10 @@ class RoseArtists:
         return ()
 
     def _petal_range(self, rose: Rose, x: float, y: float) -> tuple[float, float] | None:
-        """Return the lower edge of the petal at a position, and the period of the angles."""
+        """Return the lower edge of the petal at a position, and the period of the angles.
+
+        Returns None outside the petal.
+        """
         bin_index = int((math.degrees(math.atan2(x, y)) % 360.0) // rose.bin_deg) % len(rose.shares)
         petal_length = petal_radii(rose.shares, self.rings[-1], self.contents.is_area_scaled)[
             bin_index
@@ -187,7 +190,8 @@ class RoseArtists:
 def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) -> RoseArtists:
     """Draw all roses, as large as the figure allows.
 
-    In the axes of a rose, north is up and the outermost ring has radius 1.
+    In print, a panel is at most `_MAX_PANEL_MM` wide. In the axes of a rose, north is up and the
+    outermost ring has radius 1.
     """
     width, height = (72.0 * float(v) for v in figure.get_size_inches())
     font = style.font_pt

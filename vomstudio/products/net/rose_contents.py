@@ -70,7 +70,7 @@ class RoseContents:
     colors : mapping of str to str
         Colours, by set, that differ from the defaults.
     north : bool
-        As in `NetContents`.
+        Whether azimuths are from north; False in a local frame.
     """
 
     of: str
@@ -98,12 +98,13 @@ def roses_from_table(
     weight: str | None = None,
     is_area_scaled: bool = True,
 ) -> RoseContents:
-    """Count a rose for each set of a table that has such angles.
+    """Count a rose for each set of a table that contains features with the angle.
 
     Parameters
     ----------
     table : OrientationRows
     of : str
+        Angle to count, one of `roses.ROSE_ANGLES` or `roses.HISTOGRAM_ANGLES`.
     by, weight : str or None
         Names or numbers of the columns of sets and weights. By default, sets are taken from `set`
         or, if missing, from `kind`; otherwise all rows form one set.
@@ -141,12 +142,13 @@ def roses_from_sets(
     weight: str | None = None,
     is_area_scaled: bool = True,
 ) -> RoseContents:
-    """Count a rose for each set of a net that has such angles.
+    """Count a rose for each set of a net that contains features with the angle.
 
     Parameters
     ----------
     sets : iterable of NetSet
     of : str
+        Angle to count, one of `roses.ROSE_ANGLES` or `roses.HISTOGRAM_ANGLES`.
     bin_deg : float
     weights : mapping, optional
         Weight of each feature by id; None for a feature without a weight.

@@ -21,9 +21,10 @@ LIVE_COLOR = "#D55E00"
 
 
 def draw_highlight(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
-    """Draw selected features larger and with rings, and outline their great circles.
+    """Draw the selected features, their ellipses, and the feature being picked.
 
-    The emphasis decreases with the number of selected features.
+    Selected features have larger symbols with rings, and outlined great circles. This emphasis
+    decreases with their number.
     """
     artists: list[Artist] = []
     selected_rows = [
@@ -91,7 +92,7 @@ def draw_highlight(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
 
 
 def _draw_live_feature(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
-    """Draw the feature being picked: a ring with a cross, the great circle, and the cone."""
+    """Draw the feature being picked: a ring with a cross, its great circle and its ellipse."""
     live_feature = net.live
     position = None if live_feature is None else live_feature.place
     if live_feature is None or position is None:

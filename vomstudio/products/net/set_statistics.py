@@ -47,7 +47,7 @@ def fit_girdles(
     """Fit a girdle to each set, perpendicular to the third axis of its orientation tensor.
 
     Sets for which Woodcock's K exceeds 1 are clusters (Woodcock 1977, Geological Society of America
-    Bulletin 88, 1231-1236).
+    Bulletin 88, 1231-1236). They have no girdle, and neither do sets of fewer than three features.
 
     Returns
     -------
@@ -78,7 +78,8 @@ def fit_girdles(
 def find_maxima(net: NetContents) -> tuple[NetMark, ...]:
     """Find the density maximum of each set, or of all features if contoured together.
 
-    The method is that of the contours or, if there are none, Kamb's with an exponential kernel.
+    Sets with fewer than three features are omitted. The method is that of the contours or, if there
+    are none, Kamb's with an exponential kernel.
     """
     method = net.contour or "exponential_kamb"
     contouring = net.contouring
@@ -112,8 +113,8 @@ def describe_sets(
 ) -> tuple[str, ...]:
     """Describe each set in a sentence with n, the mean and its method, kappa and alpha95.
 
-    For sets that are not clusters, the sentence contains the axes of the orientation tensor and the
-    reason why the set has no mean.
+    For a set without a mean, the sentence contains the third axis of the orientation tensor and G
+    if the set is a girdle, or R if it is scattered. For a single feature, it contains only n.
     """
     return tuple(_describe_set(set_, notation, decimals) for set_ in sets if len(set_))
 

@@ -101,7 +101,7 @@ def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle =
 
 
 def _label_symbols(axes: Axes, finite_rows: Sequence[Mapping[str, Any]], style: NetStyle) -> None:
-    """Name the symbols that are not good."""
+    """Name up to `_MAX_NAMES` symbols of planes that are not good."""
     if not finite_rows:
         return
     labelled_rows = [k for k, row in enumerate(finite_rows) if row.get("quality") != "good"][

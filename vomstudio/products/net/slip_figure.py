@@ -65,7 +65,7 @@ def write_slip_figure(
 
 
 def draw_slip(figure: Figure, table: SlipRows, slip: TableSlip) -> tuple[Any, Any]:
-    """Draw both nets over the whole figure, after clearing it."""
+    """Draw both nets over the whole figure, after clearing it, and return their axes."""
     figure.clear()
     normals, slips = fault_movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)
     left_axes, right_axes = (

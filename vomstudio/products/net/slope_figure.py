@@ -89,7 +89,7 @@ def write_slope_figure(
 def draw_slope(
     figure: Figure, table: OrientationRows, face: SlopeFace, slope: TableSlope
 ) -> list[Any]:
-    """Draw the four nets over the whole figure, after clearing it."""
+    """Draw the four nets over the whole figure, after clearing it, and return their axes."""
     figure.clear()
     figure.set_facecolor(PRINT.paper)
     panels = _create_panels(table, face, slope)
@@ -296,7 +296,7 @@ def _draw_legend(figure: Figure, panels: list[_Panel]) -> None:
 
 
 def _cone(angle_deg: float) -> FloatArray:
-    """Return the downward small circle about the vertical."""
+    """Return the small circle with the half-angle `angle_deg` about the downward vertical."""
     t = np.linspace(0.0, 2.0 * np.pi, 181)
     sine, cosine = np.sin(np.radians(angle_deg)), np.cos(np.radians(angle_deg))
     return np.stack([sine * np.cos(t), sine * np.sin(t), np.full_like(t, -cosine)], axis=1)
@@ -312,8 +312,9 @@ def _great_circle(dip_deg: float) -> FloatArray:
 def _daylight_envelope(dip_deg: float) -> FloatArray:
     """Return the poles of the planes whose dip line lies in the face.
 
-    The plunge p and the azimuth a relative to the face satisfy tan p = tan d cos a. Both angles are
-    sampled evenly, because p of a steep face decreases only near a right angle.
+    The plunge p of this line and its azimuth a relative to the face satisfy tan p = tan d cos a,
+    where d is the dip of the face. Both angles are sampled evenly, because for a steep face p
+    decreases only if a is close to 90 degrees.
     """
     dip = np.radians(min(dip_deg, 90.0 - 1e-9))
     azimuth = np.linspace(0.0, 0.5 * np.pi, 91)[:-1]
@@ -330,7 +331,10 @@ def _daylight_envelope(dip_deg: float) -> FloatArray:
 
 
 def _lateral_lines(face: SlopeFace) -> tuple[FloatArray, ...]:
-    """Return both lateral limits on the net: small circles about the strike, or planes."""
+    """Return both lateral limits: small circles about the strike, or great circles.
+
+    Returns an empty tuple if the limits are 90 degrees or more.
+    """
     if face.options.lateral_deg >= 90.0:
         return ()
     t = np.linspace(0.0, np.pi, 91)

@@ -43,8 +43,8 @@ def bin_faces(view, faces, left, top, cell_size, margin, columns, rows, starts, 
 def find_edges(view, faces, face, depth, gsd, edge):  # type: ignore[no-untyped-def]
     """Mark pixels beside a jump in depth or beside empty pixels.
 
-    The deviation from the planes of both the pixel's own triangle and that of its neighbour counts,
-    so that a slope is not an edge.
+    A jump exceeds `MIN_EDGE_STEP_PIXELS` times the pixel size as measured from the planes of both
+    adjacent triangles, so that a slope is not an edge.
     """
     h, w = face.shape
     for j in range(h):

@@ -140,7 +140,7 @@ def read_sidecar(path: str | Path) -> Sidecar:
     Raises
     ------
     InputError
-        If the file is not a sidecar.
+        If the file cannot be read, is not a sidecar, or contains no valid geometry.
     """
     path = Path(path)
     try:
@@ -211,9 +211,10 @@ def read_drawing(
 
 
 def find_sidecars(drawing: Path, progress: Progress | None = None) -> list[Path]:
-    """Find the pictures in a drawing's folder on which it may have been drawn.
+    """Find the sidecars in a drawing's folder whose pictures match the drawing.
 
-    If the name of the drawing begins with that of one of these pictures, only that one is returned.
+    If the name of the drawing begins with the names of matching sidecars, only the one with the
+    longest name is returned.
     """
     progress = progress or SilentProgress()
     matches = []
@@ -253,13 +254,18 @@ def project_lines(
     lines : sequence of GisLine
     sidecar : Sidecar
     data : Mesh or PointCloud
-        Model in the World frame, m.
+        Model in the frame of the sidecar's matrix, m.
     step : float, optional
         Maximum distance between points; if given, points are inserted between the vertices, m.
 
     Returns
     -------
     ProjectedLines
+
+    Raises
+    ------
+    InputError
+        If no line has two points on the surface.
     """
     gsd = float(np.linalg.norm(sidecar.matrix[:3, 0]))
     pixels = [line.points if step is None else _densify(line.points, step / gsd) for line in lines]
@@ -287,6 +293,7 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatA
 
     It is derived from the embedded picture with the name of the orthophoto, otherwise from a
     picture of the same shape. If the drawing contains no pictures, it is derived from the page.
+    Raises InputError if nothing matches or if different positions match.
     """
     ratio = sidecar.width / sidecar.height
     stem = Path(sidecar.image).stem.casefold()
@@ -400,6 +407,7 @@ def _transform_layer(
     Raises
     ------
     InputError
+        If the layer has map coordinates but the picture is on an oblique plane.
     """
     if crs is None:
         return lines
@@ -445,7 +453,10 @@ def _text(value: object) -> str | None:
 
 
 def _read_header(path: Path) -> str:
-    """Return the start of a DXF file, where a comment that GDAL ignores names the picture."""
+    """Return the start of a DXF file, in which a comment identifies the picture.
+
+    GDAL ignores this comment. For other formats, the text is empty.
+    """
     if path.suffix.lower() != ".dxf":
         return ""
     with open_regular_file(path) as file:
@@ -489,7 +500,7 @@ def _make_unique(names: Sequence[str]) -> list[str]:
 
 
 def command_output(projected_lines: ProjectedLines, table: str) -> Mapping[str, Any]:
-    """Return the output of the command."""
+    """Return the output of the command as plain values."""
     return {
         "lines": len(projected_lines.lines),
         "points": projected_lines.points,

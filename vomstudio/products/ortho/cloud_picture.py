@@ -143,8 +143,8 @@ class CloudSource:
 def local_spacing(points: FloatArray, spacing: float) -> FloatArray:
     """Return the local spacing (n,) of each point from the number of points in its cell.
 
-    Cells are about 6 x 6 spacings in size. The values are limited to between half and twice the
-    typical spacing.
+    Cells are cubes with sides of `_CELL_SPACINGS` spacings. The values are limited to between half
+    and twice their median.
     """
     cell_size = _CELL_SPACINGS * spacing
     low = points.min(axis=0)
@@ -179,10 +179,12 @@ def away_facing_share(
     up : (3,) array
         Up direction of the World frame in the axes of the view.
     samples : int
+        Approximate number of points to test.
 
     Returns
     -------
     share : float
+        NaN if the normals are unknown.
     is_guessed : bool
         Whether the orientation of the normals was assumed.
     """

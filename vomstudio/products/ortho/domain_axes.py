@@ -36,10 +36,12 @@ def no_domains_error(field: str) -> UsageError:
 def compute_domain_axes(items: Iterable[Item], field: str) -> dict[str, ProjectionAxis]:
     """Compute the axis of each domain from its bedding planes and from all faults.
 
+    The axis of a domain without bedding planes contains only the reason why it is unknown.
+
     Raises
     ------
     UsageError
-        If no feature belongs to a domain; `field` is the name of the option.
+        If no plane belongs to a domain; `field` is the name of the option.
     """
     planes = [item for item in items if item.normal is not None and item.dip_deg is not None]
     beds: dict[str, list[Item]] = {name: [] for name in domain_names(planes)}
@@ -68,7 +70,7 @@ def compute_domain_axes(items: Iterable[Item], field: str) -> dict[str, Projecti
 
 
 def _select_planes(items: list[Item]) -> tuple[list[Item], int | None]:
-    """Return the planes for the fold axis, and how many of them are not good."""
+    """Return the planes for the fold axis, and how many are not good (None if unknown)."""
     selection = select_planes([i.quality for i in items], [i.set for i in items], FoldFilter())
     return [
         item for item, is_used in zip(items, selection.is_used, strict=True) if is_used
@@ -78,7 +80,10 @@ def _select_planes(items: list[Item]) -> tuple[list[Item], int | None]:
 def off_axis_findings(
     items: Iterable[Item], name: str, plan: OrthophotoPlan
 ) -> tuple[Finding, ...]:
-    """Return a finding if a view deviates from a domain's axis by more than its error + 1°."""
+    """Return findings if the direction of a view deviates from the axis of a domain.
+
+    The tolerance is the 95 % error of the axis, but at least `_MIN_DEVIATION_DEG`.
+    """
     try:
         axis = compute_domain_axes(items, "")[name]
     except (UsageError, KeyError):

@@ -1,9 +1,9 @@
-"""Mask that shows one domain of a picture and fades the rest (textbook 4.2, fig. 31c).
+"""Mask that shows one domain of a picture and fades the others (textbook, fig. 31c).
 
 If each domain has its own axis, a picture along one direction is valid for only one domain. The
 extent of a domain is derived from its features. A fault separates two domains if all features of
-one domain are on one side of it, and all features of the other domain on the other side. Without
-such a fault, the nearest feature decides.
+one domain are on one side of it, and all features of the other domain on the other side. If no
+fault separates them, the nearest feature determines the domain.
 """
 
 from __future__ import annotations
@@ -60,7 +60,8 @@ class DomainExtent:
     boundaries : tuple of DomainBoundary
         Faults that separate the domain from others.
     points : (n, 3) array
-        Points of features that delimit the domain where no boundary does; empty if not needed.
+        Points of the features of this domain and of the domains that no boundary separates from
+        it; empty if boundaries separate it from all others.
     is_member : (n,) bool array
         Whether each of these points belongs to the domain.
     notes : tuple of Finding

@@ -100,7 +100,7 @@ class ProjectedItem:
         Distance from the plane towards the viewer, m.
     apparent_dip_deg : float or None
         Apparent dip of a plane from the horizontal of the picture, -90 to 90, positive down to the
-        right. None if the plane is parallel to the picture, and on maps.
+        right. None on maps, and if the item is not a plane or is parallel to the picture.
     symbol : tuple of (k, 2) arrays
         Map symbol of a plane as polylines (right, up) relative to its position, in units of half
         the length of the bar.
@@ -119,6 +119,7 @@ def parse_parts(text: str) -> tuple[str, ...]:
     Raises
     ------
     UsageError
+        If a part is unknown, or if the legend is the only part.
     """
     parts = tuple(dict.fromkeys(word.strip().lower() for word in text.split(",")))
     if unknown_parts := [part for part in parts if part not in PARTS]:
@@ -196,7 +197,10 @@ def items_from_records(
 
 
 def count_features(items: Iterable[Item]) -> int:
-    """Count features; the line and plane of a trace count once, each item without an id once."""
+    """Count the features of items.
+
+    Items of one feature on several layers, such as the line and the plane of a trace, count once.
+    """
     counters: dict[str, Counter[str]] = {}
     for item in items:
         counters.setdefault(item.layer, Counter())[item.id] += 1
@@ -207,7 +211,7 @@ def count_features(items: Iterable[Item]) -> int:
 
 
 def items_from_table(positions: FloatArray, rows: Sequence[Mapping[str, Any]]) -> tuple[Item, ...]:
-    """Return the planes of an orientation table, in the colours of the default feature types.
+    """Return the planes of an orientation table, in the colours of default feature types.
 
     Parameters
     ----------
@@ -215,7 +219,7 @@ def items_from_table(positions: FloatArray, rows: Sequence[Mapping[str, Any]]) -
         Positions in the World frame, m.
     rows : sequence of mapping
         Mappings with `id`, `dip_direction_deg`, `dip_deg` and, if known, `name`, `kind`, `set`,
-        `domain` and `overturned`.
+        `domain`, `quality` and `overturned`.
     """
     colors = {item.name.casefold(): item.color for item in DEFAULT_TYPES}
     return tuple(

@@ -33,8 +33,8 @@ class MeshSource:
     """Source of tiles of a mesh.
 
     Textured faces show their texture, averaged over the footprint of each pixel. Other faces show
-    the colours of their vertices. Faces without any colours show the colour of their material, or
-    grey. They are darker the more they face away from the viewer, so that their shape is visible.
+    the colours of their vertices. If the mesh has no such colours, they show the colour of their
+    material, or grey, darker the more they are inclined to the viewer.
     """
 
     def __init__(self, mesh: Mesh, view: FloatArray, grid: Grid) -> None:
@@ -197,8 +197,7 @@ class MeshSource:
 def texel_sizes(mesh: Mesh, vertices: FloatArray) -> dict[Path, tuple[float, float, float]]:
     """Return the texel sizes and the area of each texture, in the unit of the vertices.
 
-    The sizes are the smallest one on the surface (except for 1 % of the area) and the area-weighted
-    median.
+    The sizes are the first percentile and the median on the surface, weighted by area.
     """
     statistics: dict[Path, tuple[float, float, float]] = {}
     if mesh.uv is None:

@@ -80,6 +80,7 @@ class OrthoOptions(Options):
         Raises
         ------
         UsageError
+            If no direction is given, or more than one.
         """
         check_alternatives(self, "trend_deg", "plane", "fold")
 

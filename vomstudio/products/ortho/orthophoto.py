@@ -71,7 +71,10 @@ class OrthophotoFiles:
 
 
 def orthophoto_outputs(image: str | Path) -> tuple[Path, Path, Path]:
-    """Return the paths of the depth raster, sidecar and world file of an image NAME.tif."""
+    """Return the paths of the depth raster, sidecar and world file of an image NAME.tif.
+
+    Raises UsageError if the extension is not that of a TIFF file.
+    """
     path = Path(image)
     check_extension(path, (".tif", ".tiff"))
     return (
@@ -121,7 +124,7 @@ def write_orthophoto(
     legend : bool
         Whether to draw a legend of the features on the sheet.
     domain_extent : DomainExtent, optional
-        Domain to show; the rest of the picture is grey.
+        Domain to show in colour; all others are grey.
 
     Returns
     -------
@@ -129,7 +132,9 @@ def write_orthophoto(
 
     Raises
     ------
-    TargetError, Cancelled, InputError
+    TargetError, Cancelled, UsageError
+    InputError
+        If no pixel shows the model.
     """
     progress = progress or SilentProgress()
     image = Path(image)
@@ -329,7 +334,7 @@ class _ReducedPicture:
         position[: mean.shape[0], : mean.shape[1]] = np.clip(np.rint(mean), 0, 255)
 
     def reduced_picture(self) -> ByteArray:
-        """Return the picture, resized to exactly the covered pixels."""
+        """Return the picture, resized so that it covers exactly the grid."""
         from PIL import Image
 
         height, width = self.out.shape[:2]

@@ -94,7 +94,8 @@ def plan(
     Raises
     ------
     UsageError
-        If the picture would be too large; the error states the smallest possible gsd.
+        If `gsd` is not positive, or if the picture would be too large. In the latter case, the
+        error states the smallest possible gsd.
     InputError
         If the model is empty or lies outside the region.
     """
@@ -194,7 +195,7 @@ def create_grid_layout(
 
 
 def edge_on_finding(points: FloatArray, frame: ViewFrame, gsd: float) -> Finding | None:
-    """Return a finding if a flat model is viewed edge-on.
+    """Return a finding if a flat model is viewed edge-on, otherwise None.
 
     The width of the points about a line is compared in the picture and in space. The view is
     edge-on if the width in the picture is less than a fiftieth of that in space, or less than two

@@ -108,11 +108,14 @@ def domain_axis_direction(items: Sequence[Item], name: str) -> Direction:
 
 
 def direction_from_options(options: OrthoOptions, fold: TableFold | None) -> Direction:
-    """Return the viewing direction; `fold` belongs to `options.fold`.
+    """Return the viewing direction.
+
+    `fold` is the fold axis of the table `options.fold`.
 
     Raises
     ------
     UsageError
+        If no direction or an invalid direction is given.
     """
     options.check_direction()
     if fold is not None:

@@ -249,7 +249,7 @@ def _thin_ticks(ticks: FloatArray, min_distance: float) -> FloatArray:
 def _draw_ends(
     ax: Axes, drawing: Drawing, view: ViewDirection, frame: tuple[float, float, float, float]
 ) -> None:
-    """Draw the directions at both ends, clear of the arrow beside a narrow picture."""
+    """Draw the upward arrow above the picture, and the directions at both ends beside it."""
     x_left, y_bottom, width, height = frame
     text_top, centre = y_bottom + height + 3.0, x_left + 0.5 * width
     half_width = max(0.5 * width, 12.0 + LETTER_MM * _FONT_PT * max(map(len, drawing.ends)))

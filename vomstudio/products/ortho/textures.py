@@ -52,7 +52,10 @@ def picture_size(path: Path) -> tuple[int, int] | None:
 
 
 def load_pyramid(path: Path, skipped_count: int) -> Pyramid | None:
-    """Load the levels of an image from 1 / 2**coarser on; return None if unreadable."""
+    """Load the pyramid of an image without its `skipped_count` finest levels.
+
+    Returns None if the image cannot be read.
+    """
     try:
         with open_picture(path) as picture:
             image: Image.Image = convert_to_rgb(picture)

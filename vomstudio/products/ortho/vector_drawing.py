@@ -145,8 +145,9 @@ class Drawing:
 def create_shape(projected_item: ProjectedItem) -> DrawingShape:
     """Convert a projected item to a shape.
 
-    A plane is labelled with its name and its apparent dip or, on a map, its true dip. A line is
-    labelled like its plane.
+    A plane is labelled with its name and its apparent dip or, on a map, its true dip. Another point
+    is labelled with its name, unless the item has its own label (`symbol_label`). Lines and areas
+    have only this label.
     """
     item, dip = projected_item.item, projected_item.apparent_dip_deg
     shown_dip = item.dip_deg if projected_item.symbol else dip
@@ -194,7 +195,7 @@ def choose_ticks(low: float, high: float) -> FloatArray:
 
 
 def format_number(value: float) -> str:
-    """Format a number for SVG."""
+    """Format a number with at most 12 significant digits."""
     return f"{value + 0.0:.12g}"
 
 
@@ -333,7 +334,8 @@ class PlacedLabel:
 def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedLabel]:
     """Place labels beside their features without overlap and within the frame.
 
-    Labels cover no points of other features and, if possible, no lines.
+    Labels cover points and lines of features only if there is no other position. Labels that do not
+    fit are omitted.
 
     Parameters
     ----------
@@ -586,7 +588,7 @@ class _SvgLegend:
 
 
 def _svg_glyphs(entry: LegendEntry, start: float, middle: float) -> list[str]:
-    """Return the line, area and tick of a legend entry, side by side from `start` (mm)."""
+    """Return the line, area and point symbol of a legend entry, side by side from `start`."""
     stroke = f'stroke="{entry.color}" stroke-width="0.5"'
     glyphs = []
     if entry.line:
@@ -626,8 +628,8 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
     """Write a DXF file with one layer per layer of the drawing.
 
     Coordinates are to the right and up. The unit is stated if it is the metre, and column values
-    are stored as extended data. Symbols and labels are on a separate layer, which is ignored when
-    the drawing is read back.
+    are stored as extended data. The symbols and labels of each layer are on a separate layer, which
+    is ignored when the drawing is read back.
     """
     scale = paper_scale(drawing.bounds)
     symbol_layers = {
@@ -691,7 +693,7 @@ def _place_texts(drawing: Drawing, scale: float) -> list[tuple[DrawingShape, Flo
 
 
 def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described_text: str) -> None:
-    """Write a GeoPackage with one table per layer and geometry type, and the map symbols.
+    """Write a GeoPackage with one table per layer, and one for the map symbols of a layer.
 
     `described_text` is the description of every layer.
 

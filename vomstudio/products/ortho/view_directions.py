@@ -43,7 +43,7 @@ class ViewDirection:
     trend_deg, plunge_deg : float
         Viewing direction; it is upwards if the plunge is negative.
     sense : str
-        One of the constants above.
+        `DOWN_PLUNGE`, `UP_PLUNGE`, `AGAINST_NORMAL`, `ALONG_NORMAL`, `AS_GIVEN` or `REVERSED`.
     reason : Finding
         Reason why the opposite direction was not chosen.
     is_north_known, is_metric : bool
@@ -96,7 +96,10 @@ def view_along_line(trend_deg: float, plunge_deg: float) -> ViewDirection:
 
 
 def view_against_plane(plane: Plane) -> ViewDirection:
-    """Return the view against the upward normal (or dip direction if vertical) of a plane."""
+    """Return the view against the upward normal of a plane.
+
+    The normal of a vertical plane points in its dip direction.
+    """
     return _view_along(
         -plane.normal(),
         AGAINST_NORMAL,
@@ -111,6 +114,11 @@ def view_along_axis(
 
     The view is down-plunge unless most of the visible surface would face away from the viewer, as
     for a cliff seen from inside. In this case it is up-plunge.
+
+    Raises
+    ------
+    InputError
+        If the model is empty.
     """
     down = lines_to_vectors(trend_deg, plunge_deg)
     if plunge_deg < 0:
@@ -130,9 +138,9 @@ def cost_of_direction(
 ) -> Finding:
     """Return the effect of a direction error on a picture of the given depth.
 
-    According to CONVENTIONS, an error d multiplies lengths in the direction of tilt by cos d, and
-    displaces points by h sin d along the view. `error_deg` is the larger 95 % semi-axis of the
-    direction; if None, 5 degrees are assumed.
+    An error d multiplies lengths in the direction of tilt by cos d, and displaces points at a
+    distance h along the view by h sin d. `error_deg` is the larger 95 % semi-axis of the direction;
+    if None, 5 degrees are assumed.
     """
     if error_deg is None:
         return _cost("view.axis-error-unknown", 5.0, depth_m, is_metric)
@@ -162,9 +170,9 @@ MAX_NEGLIGIBLE_SHARE = 0.01
 def is_costly(error_deg: float | None, depth_m: float, width_m: float) -> bool:
     """Return whether a direction error has a visible effect.
 
-    According to CONVENTIONS, an error d multiplies lengths by cos d and causes displacements of h
-    sin d. Displacements are compared with the longer side of the picture, `width_m`. The result is
-    True if `error_deg` is unknown.
+    An error d multiplies lengths by cos d, and displaces points at a distance h along the view by
+    h sin d. Displacements are compared with the longer side of the picture, `width_m`. The result
+    is True if `error_deg` is unknown.
     """
     if error_deg is None:
         return True

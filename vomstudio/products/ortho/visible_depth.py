@@ -24,9 +24,9 @@ def visible_depths(
     Parameters
     ----------
     data : Mesh or PointCloud
-        Model in the World frame, m.
+        Model, m.
     matrix : (4, 4) array
-        Matrix from (column, row, depth, 1) to the World frame.
+        Matrix from (column, row, depth, 1) to the frame of the model.
     size : (int, int)
         Size of the picture in pixels.
     pixels : (n, 2) array

@@ -114,7 +114,7 @@ def number(value: float | None, digits: int, unit: str = "") -> str:
 
 
 def svg_picture(svg: bytes, caption: str) -> str:
-    """Return a picture that is embedded in the page, with its caption.
+    """Return the HTML of an embedded SVG picture with its caption.
 
     Parameters
     ----------

@@ -169,7 +169,7 @@ def _camera(camera: Mapping[str, Any]) -> str:
 
 
 def _registration(result: Mapping[str, Any]) -> str:
-    """Describe the registration with its accuracy, warnings and evidence."""
+    """Describe the registration with its accuracy, warnings, decisions and points."""
     registration = result["registration"]
     summary = summarize_registration(result_registration(result, ""))
     facts = [(tr("Coordinate system"), str(registration["crs"]))] if registration.get("crs") else []

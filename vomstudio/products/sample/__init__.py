@@ -1,1 +1,1 @@
-"""Planes, axes and models of the sample outcrop, compared with their true values."""
+"""Comparison of measurements on the sample outcrop with the true values."""

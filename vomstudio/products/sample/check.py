@@ -67,7 +67,7 @@ class Check(Result):
 
     @property
     def within_total(self) -> bool | None:
-        """Whether the error is at most `total_95`."""
+        """Whether the error is at most `total_95`; None if this is unknown."""
         return None if self.total_95 is None else self.error <= self.total_95
 
     def to_dict(self) -> dict[str, Any]:
@@ -131,8 +131,8 @@ def horizon_pairs(picks: SamplePicks) -> list[tuple[int, int]]:
 def plane_check(name: str, fit: FittedPlane, truth: Plane) -> Check:
     """Compare a true plane with the confidence ellipse of the fitted plane.
 
-    The semi-axes are tan(max) along e2 and tan(min) along e1, in the tangent plane of the sphere at
-    the fitted normal.
+    The semi-axes are tan(max) along the second axis of the fit and tan(min) along the first, in the
+    tangent plane of the sphere at the fitted normal.
     """
     plane = Plane.from_normal(fit.normal)
     ratio, error, stated_error = _deviation(
@@ -204,7 +204,8 @@ def _deviation(
     """Return the error relative to the radius of the ellipse, the error, and the radius.
 
     The error is the angle between the measured and the true vector. Both angles are in degrees,
-    and the radius is that in the direction of the true vector.
+    and the radius is that in the direction of the true vector. The first and the last value are
+    None if the ellipse is unknown.
     """
     truth = truth if truth @ measured_vector >= 0 else -truth
     cosine = float(truth @ measured_vector)
@@ -225,9 +226,9 @@ def _deviation(
 
 
 def _relative_distance(distance: float, limit_deg: float) -> float:
-    """Return a distance in units of a semi-axis; infinite if the semi-axis is 0.
+    """Return a distance in units of a semi-axis.
 
-    Distances within rounding errors give 0.
+    If the semi-axis is 0, the result is 0 for a distance within rounding errors, else infinite.
     """
     limit = math.tan(math.radians(limit_deg))
     if limit > 0.0:

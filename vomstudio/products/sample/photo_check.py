@@ -135,7 +135,10 @@ def _sample_surface(mesh: Mesh, shift: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def _are_visible(cameras: Cameras, points: FloatArray, normals: FloatArray) -> BoolArray:
-    """Return which points (n,) face and appear in at least three photos, ignoring occlusion."""
+    """Return which points (n,) face at least three cameras and are within their photos.
+
+    Occlusion is ignored.
+    """
     count = np.zeros(len(points), int)
     for view in cameras.views:
         pixels = view.project(points)

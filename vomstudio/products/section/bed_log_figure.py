@@ -116,7 +116,7 @@ def _bed_styles(log: BedLog) -> list[LithologyStyle]:
 
 
 def _legend_parts(styles: Sequence[LithologyStyle]) -> list[str]:
-    """Return the parts below the column, from top to bottom."""
+    """Return the names of the parts below the column, from top to bottom."""
     parts = []
     if any(style.width is not None and not style.is_dunham for style in styles):
         parts.append("grains")

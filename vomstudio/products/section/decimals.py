@@ -11,7 +11,7 @@ MAX_DECIMALS = 3
 def decimal_count(error: float) -> int:
     """Return the number of decimals at which the error has two significant digits.
 
-    More than `MAX_DECIMALS` are used only if the error would be zero otherwise.
+    More than `MAX_DECIMALS`, but at most 6, are used only if the error would be zero otherwise.
     """
     if not math.isfinite(error) or error <= 0:
         return MAX_DECIMALS

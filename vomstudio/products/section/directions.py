@@ -77,7 +77,7 @@ def assign_domain_axes(items: Sequence[Item], field_: str) -> ProjectionDirectio
     """Assign each domain its own axis.
 
     A fault between domains belongs to none of them. It is projected along the domain axis that is
-    closest to its plane.
+    closest to its plane, if the angle between them is below `MAX_FAULT_ANGLE_DEG`.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def assign_domain_axes(items: Sequence[Item], field_: str) -> ProjectionDirectio
     Raises
     ------
     UsageError
-        If no feature belongs to a domain.
+        If no plane belongs to a domain.
     """
     axes = compute_domain_axes(items, field_)
     vectors = {name: axis.line.vector() for name, axis in axes.items() if axis.line is not None}
@@ -171,14 +171,17 @@ def domain_projections(
 
 
 def angle_to_panel(panel: Panel, direction: FloatArray | None) -> float:
-    """Return the angle in degrees between a direction (3,) and a panel; by default 90."""
+    """Return the angle in degrees between a direction (3,) and a panel; 90 for None."""
     if direction is None:
         return 90.0
     return math.degrees(math.asin(min(abs(float(direction @ panel.normal)), 1.0)))
 
 
 def smallest_angle(curtain: Curtain, direction: FloatArray | None) -> float:
-    """Return the smallest angle in degrees between a direction and the panels it can reach."""
+    """Return the smallest angle in degrees between a direction and the panels of a section.
+
+    Panels at less than `MIN_ALLOWED_ANGLE_DEG` are ignored. Returns 0 if no panel remains.
+    """
     angles = [angle_to_panel(panel, direction) for panel in curtain.panels]
     return min((angle for angle in angles if angle >= MIN_ALLOWED_ANGLE_DEG), default=0.0)
 

@@ -70,11 +70,12 @@ class ExtendOptions(Options):
         check_requires(self, "thickness_error_m", "thickness_m")
 
     def check_points(self, points: object, name: str) -> None:
-        """Require points, or a plane in place of the argument `name`.
+        """Require either the plane or points, which are the argument `name`.
 
         Raises
         ------
         UsageError
+            If both or neither are given.
         """
         if points is None and self.plane is None:
             raise UsageError(Finding("option.none-given", options=(name, "--plane")), field=name)

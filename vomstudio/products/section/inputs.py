@@ -52,7 +52,7 @@ def read_profile_line(path: str | Path, progress: Progress | None = None) -> Pro
     Raises
     ------
     InputError
-        If the file contains no line or several lines.
+        If the file cannot be read, has several lines, or has fewer than two points.
     """
     path = Path(path)
     if path.suffix.lower() not in GIS_SUFFIXES:
@@ -83,7 +83,7 @@ def profile_to_world(
 
     CAD templates state arbitrary units, so the stated unit is used only if the line overlaps the
     model in that unit but not in metres. GeoJSON without a ``crs`` is assumed to be in degrees,
-    unless the line overlaps the model only with unconverted coordinates.
+    unless the unconverted coordinates overlap the model.
 
     Parameters
     ----------
@@ -194,7 +194,10 @@ def read_features(
 
     Raises
     ------
-    InputError, UsageError
+    InputError
+        If the file cannot be read, or if no plane of the table has a position.
+    UsageError
+        If an option is invalid.
     """
     path = Path(path)
     if path.is_dir() or path.name == "journal.sqlite":

@@ -86,7 +86,7 @@ class Boundary:
     Attributes
     ----------
     key : str
-        Id of a trace, or POINT and the number of a point of the line.
+        Id of a trace, or `POINT_PREFIX` and the index of a point of the line.
     position : (float, float, float)
         Position in the World frame, m.
     """
@@ -288,7 +288,10 @@ def _is_deviating(trace: Measurement, common_plane: Plane, error_deg: float) -> 
 
 
 def _find_near_traces(request: LogRequest, max_distance: float) -> list[str]:
-    """Return the traces within reach of the line or, if there are none, within its length."""
+    """Return the ids of the traces within the maximum distance of the line.
+
+    If there are none, those within a distance equal to the length of the line are returned.
+    """
     from vomstudio.geometry.lines import nearest_approach, path_length
 
     distance_by_id = {

@@ -93,7 +93,10 @@ _COVERED_STYLE = LithologyStyle("#ffffff", ornament="cross")
 
 
 def find_style(lithology: str, strabospot: Mapping[str, str]) -> LithologyStyle:
-    """Return the style of a lithology given as text or in StraboSpot fields."""
+    """Return the style of a lithology given as text or in StraboSpot fields.
+
+    Without these fields, the bed is white, with a cross if the text states that it is covered.
+    """
     if not lithology.strip() or not strabospot.get("primary_lithology"):
         lithology_name = lithology.strip().casefold()
         return (

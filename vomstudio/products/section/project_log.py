@@ -48,6 +48,7 @@ def read_log_request(
     Raises
     ------
     InputError
+        If the folder is not a project, or if the line or the type is unknown or ambiguous.
     """
     replay = read_replay(folder)
     records = replay.records

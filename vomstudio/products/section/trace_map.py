@@ -57,7 +57,10 @@ def map_to_outcrop(points: FloatArray, face: Curtain) -> FloatArray:
 
 
 def map_outputs(traces: Path, sampling_region: SamplingRegion) -> dict[str, Path]:
-    """Return the files that `write_map` writes: traces, and the area or scanlines if any."""
+    """Return the files that `write_map` writes: traces, and the area or scanlines, if any.
+
+    A circle is not written to a file.
+    """
     files = {"traces": traces}
     if sampling_region.scanlines is not None:
         files["scanline"] = traces.with_name(f"{traces.stem}_scanline.gpkg")
@@ -77,7 +80,7 @@ def write_map(
     crs: str,
     force: bool = False,
 ) -> dict[str, Path]:
-    """Write GeoPackages that `vomstudio fractures` can read, given the plane of the face.
+    """Write GeoPackages for `vomstudio fractures`, which also needs the plane of the face.
 
     Parameters
     ----------

@@ -93,11 +93,13 @@ class SectionFigures:
     left_deg, right_deg : float
         Azimuths of the left and the right end.
     features, left_out : int
-        Number of projected features, and of features that are too far from the section.
+        Number of projected features, and of features that are too far from the section or beyond
+        its ends.
     projection_trend_deg, projection_plunge_deg : float or None
         Direction of projection; None for a perpendicular projection.
     projection_angle_deg : float or None
-        Smallest angle between the direction of projection and the section.
+        Smallest angle between the direction of projection and the section; None if there are no
+        features.
     domains : tuple of DomainProjection or None
     """
 
@@ -146,7 +148,12 @@ def section_targets(path: str | Path, has_features: bool) -> list[Path]:
 
 
 def check_targets(path: str | Path, has_features: bool, *, force: bool) -> None:
-    """Check that the files of a section can be written."""
+    """Check that the files of a section can be written.
+
+    Raises
+    ------
+    UsageError, TargetError
+    """
     for target in section_targets(path, has_features):
         check_target(target, force=force)
 
@@ -167,11 +174,11 @@ def project_items(
     curtain : Curtain
     directions : ProjectionDirections
     max_distance : float or None
-        Maximum distance from the section, m.
+        Maximum mean distance from the section, m; None for no limit.
 
     Returns
     -------
-    flats : tuple of ProjectedItem
+    projected_items : tuple of ProjectedItem
     left_out : int
         Number of features that are too far away or do not face any panel.
     """

@@ -395,7 +395,7 @@ def _trim(
     frame: str,
     thresholds: Thresholds,
 ) -> tuple[Trim | None, BoolArray]:
-    """Return the part to exclude, and a mask (n,) of points for which the plane is valid."""
+    """Return the part to exclude (or None), and a mask (n,) of points where the plane fits."""
     from scipy.ndimage import distance_transform_edt
 
     if not planar_part.is_trimmed:
@@ -435,8 +435,14 @@ def _roughness(
 
     Parameters
     ----------
+    deviations : (rows, columns) array
+        Map of the deviations, m.
+    plan : HeightPlan
+    plane : Plane
     noise_and_missing_variance : (float, float)
         Noise of the model, m, and variance that is missing from its map, m².
+    edge : float
+        Mean edge or spacing of the model, m.
     rounding : float
         Rounding error of the heights, m.
     """
@@ -522,7 +528,10 @@ def _remove_bend(deviations: FloatArray) -> tuple[FloatArray, float]:
 
 
 def _line(angle_deg: float, plan: HeightPlan, plane: Plane) -> tuple[float, float, float]:
-    """Return the rake, trend and plunge of a map direction, from columns towards rows."""
+    """Return the rake, trend and plunge of a direction on the map of deviations.
+
+    `angle_deg` is measured from the rows (to the right) towards the columns (downwards).
+    """
     angle = math.radians(angle_deg)
     vector = math.cos(angle) * plan.frame.right + math.sin(angle) * plan.frame.down
     line = Line.from_vector(vector).to_downward()

@@ -188,7 +188,7 @@ def share_findings(measurability: MeasurableMap) -> tuple[Finding, ...]:
 
 
 def _find_best_position(measurability: Measurable) -> dict[str, float] | None:
-    """Return the position at which a trace would have the smallest error."""
+    """Return the position at which a trace would have the smallest error, or None."""
     error = np.where(np.isfinite(measurability.trace_deg), measurability.trace_deg, np.inf)
     row = int(np.argmin(error))
     if not error[row] < 90.0:

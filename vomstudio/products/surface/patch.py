@@ -21,7 +21,7 @@ def extract_within_radius(
     Raises
     ------
     InputError
-        If the radius contains no points.
+        If the radius contains no complete face or no point.
     """
     points = data.vertices if isinstance(data, Mesh) else data.points
     is_near = np.asarray(np.linalg.norm(points - centre, axis=1) <= radius)
@@ -34,7 +34,7 @@ def extract_facet(data: Mesh | PointCloud, number: int) -> Mesh | PointCloud:
     Raises
     ------
     InputError
-        If the model has no such field or facet.
+        If the model has no facet labels, or no complete face or point with this number.
     """
     if FACET_FIELD not in data.fields:
         raise InputError(Finding("facet.no-field"), field="--facet")

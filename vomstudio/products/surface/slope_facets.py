@@ -45,7 +45,7 @@ def read_facet_slopes(
     Raises
     ------
     InputError
-        If the labels do not match the table.
+        If the model has no labels, or if they do not match the table.
     """
     areas = _areas(table)
     overhangs = (

@@ -89,7 +89,10 @@ def write_layers(
 
 
 def _add_styles(part: Path, names: Sequence[str], styles: Sequence[Style]) -> None:
-    """Write the table from which QGIS reads the styles of layers that are added to a map."""
+    """Write the table from which QGIS reads the styles of layers that are added to a map.
+
+    Raises TargetError.
+    """
     rows = [
         (
             "",

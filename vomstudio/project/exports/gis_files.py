@@ -203,7 +203,10 @@ def _symbol(
 
 
 def _disc(centre: FloatArray, values: Mapping[str, Any]) -> FloatArray:
-    """Return the faces (n, 4, 3) of a disc as wide as the feature, if its extent is known."""
+    """Return the faces (n, 4, 3) of a disc as wide as the feature.
+
+    There are none if its extent is unknown.
+    """
     normal = np.array([values[f"normal_{axis}"] for axis in "xyz"], np.float64)
     radius = float(values["extent_m"]) / 2
     if not (np.isfinite(normal).all() and np.isfinite(radius) and radius > 0):

@@ -131,7 +131,10 @@ def _arrow(layer: Layer, color: str) -> list[SymbolLayer]:
 
 
 def _labels(layer: Layer) -> Labels | None:
-    """Return the labels: the dip next to the tick, or the plunge at the tip of the arrow."""
+    """Return the labels: the dip next to the tick, or the plunge at the tip of the arrow.
+
+    Returns None for layers other than those of planes and lines.
+    """
     if layer.name == "planes":
         return Labels(
             'round("dip_deg")', by={"OffsetXY": _offset_expression("dip_direction_deg", _LABEL_MM)}

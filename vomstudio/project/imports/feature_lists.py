@@ -133,7 +133,7 @@ def read_listed_features(
     Raises
     ------
     InputError
-        If the file cannot be read or contains no features of these kinds.
+        If the file cannot be read or contains no usable features.
     """
     if not path.is_file():
         raise InputError(Finding("file.missing"), file=path)
@@ -225,7 +225,7 @@ def _invalid_points(row: ListedRow, points: FloatArray) -> Finding | None:
 
 
 def _distance_finding(points: FloatArray, bounds: FloatArray | None) -> Finding | None:
-    """Return a finding if the farthest point is too far from the model."""
+    """Return a finding if the farthest point is too far from the model, otherwise None."""
     if bounds is None:
         return None
     low, high = bounds
@@ -235,7 +235,10 @@ def _distance_finding(points: FloatArray, bounds: FloatArray | None) -> Finding 
 
 # --- files -----------------------------------------------------------------------------------
 def _rows(path: Path, report: ReadingReport, progress: Progress) -> Iterator[ListedRow]:
-    """Yield the rows of a file, whose format is recognised by its content."""
+    """Yield the rows of a file, whose format is recognised by its content.
+
+    Raises InputError if the format is unknown.
+    """
     with open_regular_file(path) as file:
         head = file.read(HEAD_BYTES)
     if is_vector_file(head):
@@ -350,7 +353,10 @@ def _points(shape: Any) -> Iterator[tuple[bool, FloatArray]]:
 
 
 def _table(path: Path, lines: list[str], findings: list[Finding]) -> Iterator[ListedRow]:
-    """Yield the rows of a table. Findings about its CRS are appended to `findings`."""
+    """Yield the rows of a table. Findings about its CRS are appended to `findings`.
+
+    Raises InputError if the table cannot be read.
+    """
     import shapely
 
     comments = [line[1:].strip() for line in lines if line.startswith("#")]

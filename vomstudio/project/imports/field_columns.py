@@ -168,7 +168,7 @@ def _guess_without_names(table: FieldTable) -> Guess:
 
 
 def _text_column(table: FieldTable) -> int | None:
-    """Return the first column in which most of the cells contain an orientation."""
+    """Return the first column in which most of the cells contain an orientation, or None."""
     for column in range(table.width):
         cells = [row[column] for row in table.rows[:50] if row[column]]
         if cells and sum(map(is_orientation, cells)) > len(cells) / 2:
@@ -177,7 +177,10 @@ def _text_column(table: FieldTable) -> int | None:
 
 
 def _text_notation(table: FieldTable, column: int) -> str | None:
-    """Return the notation of pairs in one cell if it is stated by all cells or the header."""
+    """Return the notation of pairs in one cell, or None if it is not known.
+
+    It is known if the header states it or if all cells contain compass directions.
+    """
     name = normalise_name(table.names[column]) if table.names else ""
     if "dipdir" in name:
         return "dipdir/dip"

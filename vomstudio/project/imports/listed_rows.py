@@ -34,7 +34,7 @@ class ListedRow:
     Attributes
     ----------
     layer : str
-        One of `LAYERS`.
+        One of `LAYERS`, or "planes".
     points : (n, 3) float64
         Points as in the file; missing heights are NaN.
     values : mapping of str to Any

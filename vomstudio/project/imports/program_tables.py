@@ -78,7 +78,10 @@ def program_table_rows(
 
 
 def _cells(path: Path, body: list[str], names: list[str], delimiter: str) -> Iterator[Cells]:
-    """Yield the cells of each row by normalised column name; a short row has fewer."""
+    """Yield the cells of each row by normalised column name; a short row has fewer.
+
+    Raises InputError if the table cannot be read.
+    """
     reader = csv.reader(body[1:], delimiter=delimiter)
     while True:
         try:

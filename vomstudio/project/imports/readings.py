@@ -84,7 +84,7 @@ class FieldReadings:
 
 # --- reading ---------------------------------------------------------------------------------
 def missing_choice(columns: Mapping[str, int], notation: str | None) -> Finding | None:
-    """Return the choice the user must make before the table can be read, or None."""
+    """Return a finding about a choice that the user must make before reading, or None."""
     missing_roles = [role for role in ("azimuth", "inclination") if role not in columns]
     if missing_roles and "text" not in columns:
         return Finding("reading.columns-missing", roles=missing_roles)
@@ -122,6 +122,11 @@ def read_readings(
         Frame of the project.
     line_types : collection of str
         Case-folded names in the type column whose rows are lines, even in a table of planes.
+
+    Raises
+    ------
+    ValueError
+        If the notation is unknown.
     """
     if notation not in NOTATIONS:
         raise ValueError(notation)
@@ -320,7 +325,10 @@ def _line(trend: str, plunge: str, table: FieldTable) -> tuple[str, float, float
 
 
 def _position(word: Mapping[str, str], table: FieldTable, to_grid: ToGrid | None) -> Point | None:
-    """Return the position of a row. Raises InputError for coordinates that are not on Earth."""
+    """Return the position of a row, or None if a coordinate is missing.
+
+    Raises InputError for coordinates that are not on Earth.
+    """
     x, y, z, longitude, latitude = (
         parse_cell(word.get(role, ""), table) for role in ("x", "y", "z", "longitude", "latitude")
     )

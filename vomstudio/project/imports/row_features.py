@@ -223,7 +223,7 @@ class FeatureFactory:
 
 
 def _base(group: str) -> str:
-    """Return the first part of the name of a layer: `fault` of `fault_contacts`."""
+    """Return the name of a layer up to its last `_`, e.g. `fault` of `fault_contacts`."""
     return group.rpartition("_")[0]
 
 
@@ -251,7 +251,8 @@ def check_measurements(
     problems : dict
         Reasons why traces and lineations have no orientation, by ID.
     findings : list of Finding
-        ``import.orientations-differ`` if planes differ by more than their errors.
+        ``import.orientations-differ`` if planes differ by more than their 95 % error and by more
+        than `MIN_DIFFERENCE_DEG`.
     """
     measured_features = [
         each

@@ -153,7 +153,10 @@ class SqliteJournal:
         after: Mapping[str, Any] | None = None,
         settings: Mapping[str, Any] | None = None,
     ) -> int:
-        """Append a row. Raises NotWritten; after `buffer_unwritten_steps`, only for a save."""
+        """Append a row and return its number.
+
+        Raises NotWritten; after `buffer_unwritten_steps`, only for a save.
+        """
         return self._append(kind, of_seq, label, before, after, _now(), __version__, settings)
 
     def _append(
@@ -286,7 +289,7 @@ class SqliteJournal:
             self._report_failure(failure)
 
     def write_failure(self) -> Finding | None:
-        """Return the reason why the next row cannot be written, if known."""
+        """Return the reason why the next row cannot be written, or None if no reason is known."""
         return (self._files.write_failure(self._head) if self._is_open else None) or self._failure
 
     @property
@@ -451,7 +454,10 @@ def _check_side_files(path: Path) -> None:
 
 
 def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
-    """Return the schema version of the journal and the result of `read_replay`."""
+    """Return the schema version of the journal and the result of `read_replay`.
+
+    Raises InputError if the folder is not a project or cannot be read.
+    """
     path = Path(folder)
     path = path / JOURNAL_NAME if path.is_dir() else path
     if not path.is_file():

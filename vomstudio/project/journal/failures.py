@@ -11,12 +11,12 @@ _LOST_CODES = frozenset({"journal.folder-gone", "journal.gone", "journal.replace
 
 
 def is_lost(failure: Finding) -> bool:
-    """Return whether the file of the journal is missing or not written by this program."""
+    """Return whether a failure means that the journal's file is missing or was replaced."""
     return failure.code in _LOST_CODES
 
 
 class NotWritten(DocumentError):
-    """A row could not be written to disk.
+    """Error raised if a row cannot be written to disk.
 
     Parameters
     ----------

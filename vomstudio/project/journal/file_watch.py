@@ -68,7 +68,7 @@ class JournalFiles:
     def record_write(self) -> Finding | None:
         """Record the state after a write.
 
-        Returns a finding if the row is not in the file at the journal's path.
+        Returns a finding if the row is not in the file at the journal's path, otherwise None.
         """
         previous_file_stamp, log = self._file_stamp, self._log_stamp
         # Rows written by this connection do not change the version.
@@ -81,7 +81,7 @@ class JournalFiles:
         return None
 
     def write_failure(self, head: Head) -> Finding | None:
-        """Return why nothing may be written, or None.
+        """Return the reason why nothing may be written, or None.
 
         `head` is the head that the file is expected to have.
         """

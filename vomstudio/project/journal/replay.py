@@ -69,7 +69,7 @@ class Journal(Protocol):
 
 @dataclass(frozen=True)
 class Draft:
-    """Clicks of an unfinished tool."""
+    """State of an unfinished tool, such as its clicked points."""
 
     seq: int
     state: PlainValues

@@ -24,7 +24,7 @@ def require_plain(db: sqlite3.Connection, path: Path) -> None:
     Raises
     ------
     InputError
-        With the code ``file.unsafe-schema`` for anything else.
+        If it contains anything else; the code is ``file.unsafe-schema``.
     sqlite3.Error
         If the schema cannot be read.
     """

@@ -72,7 +72,7 @@ def measure(context: MeasurementContext, contacts: Sequence[Contact]) -> list[Me
 
 
 def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
-    """Return the drawing of a contact."""
+    """Return the drawing of a contact, or None if it has no points."""
     points = subject.measured.points
     if not len(points):
         return None

@@ -67,13 +67,13 @@ def measure(context: MeasurementContext, points: Sequence[ControlPoint]) -> list
 
 
 def position_in_world(subject: Subject) -> FloatArray | None:
-    """Return the position (1, 3) of a control point in the World frame."""
+    """Return the position (1, 3) of a control point in the World frame; None if not marked."""
     points = subject.measured.points
     return points if len(points) else None
 
 
 def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
-    """Return the drawing of a control point."""
+    """Return the drawing of a control point, or None if it has not been marked."""
     points = subject.measured.points
     return Sketch(points, points[0], label="–") if len(points) else None
 

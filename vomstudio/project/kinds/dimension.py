@@ -91,7 +91,7 @@ class Dimension(LoggedFeature):
 
 
 def measure(context: MeasurementContext, dimensions: Sequence[Dimension]) -> list[Measurement]:
-    """Measure the length, height, or area and perimeter of each dimension."""
+    """Measure the lengths, the area and perimeter, or the thickness of each dimension."""
     return [_measure(context, dimension) for dimension in dimensions]
 
 
@@ -143,10 +143,11 @@ def _measure(context: MeasurementContext, feature: Dimension) -> Measurement:
 def _thickness(
     context: MeasurementContext, feature: Dimension, step: FloatArray
 ) -> tuple[dict[str, float], Finding | None]:
-    """Return the distance across the plane and its 95 % error (for this figure alone).
+    """Return the figures of a thickness, or an empty mapping and the reason.
 
-    A tilt of the plane changes the thickness between points that are apart along the bed, and each
-    of the two points is on a surface as rough as the plane.
+    They are the distance across the plane and its 95 % errors (for this figure alone). A tilt of
+    the plane changes the thickness between points that are apart along the bed, and each of the two
+    points is on a surface as rough as the plane.
     """
     plane = context.plane(feature.plane_id)
     if plane is None:
@@ -173,7 +174,7 @@ def _thickness(
 
 
 def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
-    """Return the drawing of a dimension."""
+    """Return the drawing of a dimension, or None if it has no points."""
     points = subject.measured.points
     if not len(points):
         return None

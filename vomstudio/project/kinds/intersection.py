@@ -86,7 +86,7 @@ def members(records: Records, group: Group) -> list[Feature]:
 
 
 def dependency_ids(feature: Intersection) -> list[str]:
-    """Return the IDs of the features in both groups."""
+    """Return the IDs of the features that define the groups; a group by type has none."""
     return [group.feature_id for group in (feature.first, feature.second) if group.feature_id]
 
 
@@ -175,7 +175,7 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
 def _registered_mean(
     planes: list[UncertainPlane], rotation_errors: RotationErrors
 ) -> VectorsWithDerivatives:
-    """Return the mean of a group's planes with the rotations of their registrations."""
+    """Return the mean plane of a group with its derivatives by the rotation errors."""
     normals = np.array([plane.normal for plane in planes])
     moved_normals = differentiate_vectors(normals, rotation_errors)
     if len(planes) == 1:
@@ -196,7 +196,7 @@ def _ends(
     """Return the ends (2, 3) of the intersection, which is as long as the longest plane.
 
     The line passes through the intersection of the planes through the centres of the groups or, if
-    that is far away, midway between the groups.
+    that is far away, midway between the groups. The result is (0, 3) if no plane has an extent.
     """
     extents = [
         measurement.fit.extent
@@ -228,7 +228,7 @@ def _ends(
 
 
 def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
-    """Return the drawing of an intersection."""
+    """Return the drawing of an intersection, or None if its position is unknown."""
     points = subject.measured.points
     if not len(points):
         return None

@@ -139,7 +139,7 @@ def dependencies(records: Records, line: KnownLine) -> list[Feature]:
 
 
 def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
-    """Return the drawing of a known line."""
+    """Return the drawing of a known line, or None if its position is unknown."""
     points = subject.measured.points
     if not len(points):
         return None

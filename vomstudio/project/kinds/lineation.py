@@ -182,7 +182,8 @@ def _projected_error(
 ) -> tuple[float | None, float | None, FloatArray | None]:
     """Return the joint 95 % region (semi-axes and axis) of a line projected onto a plane.
 
-    Within the plane, the error is that of the fit; across it, the error is that of the plane.
+    Within the plane, the error is that of the fit; across it, the error is that of the plane. All
+    values are None if one of these errors is unknown.
     """
     deviation = deviation95(base, direction)
     if deviation is None or fit.confidence95_deg is None:
@@ -197,7 +198,10 @@ def _projected_error(
 
 
 def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
-    """Return the line, with an arrowhead in the direction of slip if known."""
+    """Return the line, with an arrowhead in the direction of slip if known.
+
+    Returns None if it has no points.
+    """
     feature: Lineation = subject.feature
     points = subject.measured.points
     if not len(points):

@@ -102,13 +102,16 @@ def _measure(feature: Lithology, model: Model | None, points: FloatArray) -> Mea
 
 
 def ring(subject: Subject) -> FloatArray | None:
-    """Return the outline (n, 3) of a lithology in the World frame."""
+    """Return the outline (n, 3) in the World frame, or None for fewer than three points."""
     points = subject.measured.points
     return points if len(points) > 2 else None
 
 
 def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
-    """Return the outline, labelled with the lithology at the vertex nearest to the centre."""
+    """Return the outline, labelled with the lithology at the vertex nearest to the centre.
+
+    Returns None if it has no points.
+    """
     points = subject.measured.points
     if not len(points):
         return None
@@ -137,7 +140,7 @@ def words(measured: Measurement) -> list[str]:
 
 
 def headline(measurement: Measurement) -> str | None:
-    """Return the lithology and the area."""
+    """Return the lithology and the area, or None if both are unknown."""
     return ", ".join(filter(None, (measurement.text, area(measurement)))) or None
 
 

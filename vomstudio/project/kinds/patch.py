@@ -142,7 +142,7 @@ def _to_world(points: Sequence[Point], subject: Subject) -> FloatArray:
 
 
 def outline(subject: Subject) -> FloatArray | None:
-    """Return the outline (n, 3) of the patch in the World frame, or None."""
+    """Return the outline (n, 3) of the patch in the World frame, or None if it has none."""
     patch: Patch = subject.feature
     return _to_world(patch.outline, subject) if len(patch.outline) > 2 else None
 

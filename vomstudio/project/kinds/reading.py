@@ -84,7 +84,7 @@ def is_plane(reading: Reading) -> bool:
 
 
 def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
-    """Return the position of the reading if it was recorded."""
+    """Return the drawing of a reading at its position, or None if this was not recorded."""
     if not len(subject.measured.points):
         return None
     midpoint = centre(subject.measured)
@@ -144,7 +144,7 @@ def comparison_finding(nearest: NearestPick | None) -> Finding:
 
 
 def about(subject: Subject) -> list[str]:
-    """Describe a reading and the nearest plane on the model."""
+    """Describe a reading and the nearest pick of its type."""
     reading: Reading = subject.feature
     lines = [comparison_finding(subject.nearest()).message]
     if reading.turned_deg:

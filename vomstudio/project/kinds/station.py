@@ -81,13 +81,13 @@ def _station_text(station: Station) -> str:
 
 
 def position_in_world(subject: Subject) -> FloatArray | None:
-    """Return the position (1, 3) of a station in the World frame."""
+    """Return the position (1, 3) of a station in the World frame, or None if unknown."""
     points = subject.measured.points
     return points[:1] if len(points) else None
 
 
 def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
-    """Return the drawing of a station."""
+    """Return the drawing of a station, or None if its position is unknown."""
     points, station = position_in_world(subject), subject.feature
     if points is None:
         return None
@@ -114,7 +114,10 @@ def station_photos(*stations: Station) -> list[str]:
 
 
 def merge_stations(features: Sequence[Feature], scale: float) -> list[Feature]:
-    """Merge rows of one station, such as one row per photo, into one station with all of them.
+    """Merge the rows of each station, such as one row per photo, into one station.
+
+    It has the photos and notes of all rows. Rows farther than `MAX_STATION_DISTANCE_M` from the
+    first remain separate.
 
     Parameters
     ----------
@@ -168,7 +171,7 @@ def get_readings(station: Station, records: Mapping[str, Any]) -> list[Feature]:
 
 
 def about(subject: Subject) -> list[str]:
-    """Describe what belongs to a station."""
+    """List the readings that were taken at a station."""
     readings = get_readings(subject.feature, subject.records)
     if not readings:
         return []

@@ -173,7 +173,7 @@ def measure(context: MeasurementContext, traces: Sequence[Trace]) -> list[Measur
 
 
 def _faces(traces: Sequence[Trace], frames: Sequence[ToWorld]) -> list[FloatArray | None]:
-    """Return the World normal (3,) of the outcrop face of each trace."""
+    """Return the World normal (3,) of the outcrop face of each trace; None if unknown."""
     faces: list[FloatArray | None] = [None] * len(traces)
     rows_by_frame: dict[int, list[int]] = {}
     for i, (trace, frame) in enumerate(zip(traces, frames, strict=True)):
@@ -190,7 +190,7 @@ def _faces(traces: Sequence[Trace], frames: Sequence[ToWorld]) -> list[FloatArra
 
 
 def _tilts_deg(fits: Sequence[FittedPlane | None], frames: Sequence[ToWorld]) -> list[float | None]:
-    """Return the 95 % tilt of each plane due to its registration, in degrees."""
+    """Return the 95 % tilt (degrees) of each plane by its registration; None if unknown."""
     tilts: list[float | None] = [None] * len(fits)
     rows_by_frame: dict[int, list[int]] = {}
     for i, (fit, frame) in enumerate(zip(fits, frames, strict=True)):
@@ -225,7 +225,10 @@ def _fits(
 
 
 def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
-    """Return the line, with the label at the vertex nearest to its centroid."""
+    """Return the line, with the label at the vertex nearest to its centroid.
+
+    Returns None if it has no points.
+    """
     points = subject.measured.points
     if not len(points):
         return None

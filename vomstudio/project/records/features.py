@@ -109,7 +109,7 @@ class PaintedFeature(ModelFeature):
     element : str
         Type of the elements, faces or points.
     runs : tuple of tuple of int
-        Sorted IDs of the faces or points of the model, as (first, count).
+        Runs of consecutive IDs of faces or points of the model, as (first, count), sorted.
     n, mean : int, Point
         Number of the points, and their centre in the file frame.
     outline : tuple of Point

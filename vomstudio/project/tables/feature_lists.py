@@ -28,7 +28,10 @@ WKT_COLUMN = "wkt"
 def listed_tables(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> dict[str, str]:
-    """Return the CSV text of each such kind that has features, by layer name, in World."""
+    """Return the CSV text of each kind of listed features in the project, by layer name.
+
+    The coordinates are in the World frame.
+    """
     features = [
         record
         for record in records.values()

@@ -44,7 +44,10 @@ def grid_in_file_frame(grid: FaceGrid) -> SquareGrid:
 def world_cells(
     grid: FaceGrid, records: Mapping[str, Record], marks: str | None = None
 ) -> tuple[IntArray, FloatArray]:
-    """Return the numbers (n,) and World corners (n, 4, 3) of the cells with one of the marks."""
+    """Return the numbers (n,) and World corners (n, 4, 3) of cells with one of the marks.
+
+    If `marks` is None, all cells are returned.
+    """
     cell_marks = grid_marks(grid)
     selected_rows = [i for i, mark in enumerate(cell_marks) if marks is None or mark in marks]
     cell_numbers = np.array(selected_rows, np.int64)

@@ -270,7 +270,10 @@ def _add_metadata(row: Row, metadata: Mapping[str, Any]) -> Row:
 
 
 def to_python_value(value: Any) -> Any:
-    """Return the value, or None if it is undefined or infinite, as in CSV and JSON."""
+    """Return a value as a Python object, or None if it is undefined or infinite.
+
+    CSV and JSON use the same rule.
+    """
     if type(value) is float:
         return value if math.isfinite(value) else None
     if isinstance(value, float | np.floating):

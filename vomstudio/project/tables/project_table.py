@@ -171,7 +171,7 @@ def _extra_values(subject: Subject) -> Row:
 def _listed_features(
     records: Mapping[str, Record], feature_ids: Collection[str] | None
 ) -> list[Feature]:
-    """Return the features without an orientation that are interpretations, as in the layers."""
+    """Return the features on layers that are listed although they have no orientation."""
     return [
         feature for feature in _features_on_models(records, feature_ids) if get_kind(feature).listed
     ]

@@ -28,9 +28,9 @@ def find_registrations(
     Returns
     -------
     list of dict
-        models : names of the models; rotation_covariance_deg2 : (3, 3) about east, north and
-        up, in degrees squared; bowed_deg : possible difference in dip between the edges, if
-        known.
+        ``models``: names of the models. ``rotation_covariance_deg2``: covariance (3, 3) about east,
+        north and up, in degrees squared. ``bowed_deg``: possible difference in dip between the
+        edges; missing if unknown.
     """
     ids = dict.fromkeys(
         feature.model_id for feature in features if isinstance(feature, ModelFeature)

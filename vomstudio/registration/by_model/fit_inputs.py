@@ -24,7 +24,7 @@ def points_and_spacing(data: Mesh | PointCloud, path: Path) -> tuple[FloatArray,
     Raises
     ------
     InputError
-        If the model has fewer than two points.
+        If the model has fewer than two points or no extent.
     """
     spacing = resolution(data)
     if not (np.isfinite(spacing) and spacing > 0):

@@ -105,7 +105,7 @@ def fit_to_reference(
     Raises
     ------
     GeometryError
-        If the model and the reference do not overlap.
+        If the model and the stable part of the reference do not overlap sufficiently.
     """
     progress = progress or SilentProgress()
     target = reference if stable is None else reference[stable]

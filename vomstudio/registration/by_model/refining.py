@@ -83,7 +83,7 @@ class Refinement:
 
     @property
     def information(self) -> FloatArray:
-        """Return the information matrix (7, 7)."""
+        """Information matrix (7, 7) of the parameters."""
         return np.asarray((self.design * self.slope[:, None]).T @ self.design, np.float64)
 
 
@@ -110,7 +110,7 @@ def refine(
     Raises
     ------
     GeometryError
-        If the overlap of the two is too small.
+        If the model and the reference overlap too little.
     """
     progress.stage(tr("Refining the fit"), _MAX_ITERATIONS)
     fit = start

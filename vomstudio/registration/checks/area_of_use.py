@@ -23,7 +23,7 @@ def is_inside_area(world: FloatArray, crs: str | None) -> BoolArray:
     Returns
     -------
     (n,) ndarray of bool
-        All False if `crs` is None.
+        All False if `crs` is None or has no area of use.
     """
     distance_to_area = area_distance_function(crs)
     if distance_to_area is None:
@@ -45,8 +45,8 @@ def area_distance_function(
     Returns
     -------
     callable or None
-        Returns that distance for x and y in degrees, with longitude and latitude. None if the CRS
-        has no area.
+        Function that returns the distance, the longitude and the latitude of a position x, y, all
+        in degrees. None if the CRS has no area.
     """
     from pyproj import CRS, Transformer
 

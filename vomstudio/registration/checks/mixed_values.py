@@ -137,7 +137,10 @@ def _best_division(
 def _fit_offset(
     model: FloatArray, world: FloatArray, mask: BoolArray, offset: float
 ) -> MixedValues | None:
-    """Fit the height offset of some rows by two steps of parabolic interpolation."""
+    """Fit the height offset of some rows by three steps of parabolic interpolation.
+
+    Returns None if the points are too few or the fit fails.
+    """
 
     def misfit_at(value: float) -> Misfit | None:
         return residual_misfit(model, world + np.outer(mask, [0.0, 0.0, value]), extra_unknowns=1)

@@ -31,8 +31,8 @@ def find_larger_group(model: FloatArray, world: FloatArray) -> BoolArray | None:
     Returns
     -------
     (n,) ndarray of bool or None
-        Mask of the larger group, or None if there is only one group or the groups are also far
-        apart on the model.
+        Mask of the larger group. None if there is only one group, if the groups are also far apart
+        on the model, or if there are too few or too many points.
     """
     from scipy.cluster.hierarchy import fcluster, linkage
 
@@ -126,7 +126,10 @@ def select_group_at_model(
 
 
 def _is_near_model_coordinates(model: FloatArray, world: FloatArray) -> BoolArray:
-    """Return a mask of points whose World coordinates are close to those on the model."""
+    """Return a mask of points whose World coordinates are close to those on the model.
+
+    Points near the origin of the model frame are not included.
+    """
     diagonal = float(np.linalg.norm(np.ptp(model, axis=0)))
     distances = np.linalg.norm(world[:, :2] - model[:, :2], axis=1)
     is_far = np.linalg.norm(model[:, :2], axis=1) > _SEPARATION_FACTOR * diagonal
@@ -136,7 +139,7 @@ def _is_near_model_coordinates(model: FloatArray, world: FloatArray) -> BoolArra
 def separate_group_findings(
     labels: Sequence[str], world: FloatArray, mask: BoolArray
 ) -> list[Finding]:
-    """Return a finding about two groups of points if it is unclear which is correct.
+    """Return the finding that it is unclear which of two groups of points is correct.
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ class OrientedCloud:
 
     @property
     def mean_normal(self) -> FloatArray:
-        """Return the sum (3,) of the normals of points distributed over the cloud."""
+        """Sum (3,) of the normals of points distributed over the cloud."""
         if self._file_normals is not None:
             return np.asarray(self._file_normals.sum(axis=0), np.float64)
         assert self._oriented_samples is not None
@@ -70,7 +70,7 @@ class OrientedCloud:
 
     @property
     def total(self) -> float:
-        """Return the length that the sum of the normals would have if they were parallel."""
+        """Length that the sum of the normals would have if they were parallel."""
         normals = (
             self._file_normals if self._file_normals is not None else self._oriented_samples[1]  # type: ignore[index]
         )
@@ -130,7 +130,7 @@ class OrientedCloud:
     def orient_normals(
         self, positions: FloatArray, normals: FloatArray, rows: IntArray | None = None
     ) -> FloatArray:
-        """Orient normals (k, 3) at positions (k, 3) towards the side of the cloud.
+        """Orient normals (k, 3) at positions (k, 3) to the same side as those of the cloud.
 
         `rows` (k,) are the rows of the positions in the cloud, if they are its points.
         """

@@ -34,7 +34,7 @@ _POINT_SPACING = 0.25
 
 @dataclass(frozen=True)
 class PositiveDirection:
-    """Direction in degrees."""
+    """Trend and plunge of the direction of positive distances, in degrees."""
 
     trend_deg: float
     plunge_deg: float
@@ -51,10 +51,11 @@ class Comparison(PrintableResult):
     beyond : int
         Number of model points without a counterpart or a distance.
     mean_m, median_m : float
-        Accuracy: mean and median, which show the systematic error.
-    std_m, mad_m : float
-        Precision: standard deviation (divisor n - 1), and median absolute deviation from the
-        median.
+        Mean and median, which show the systematic error (accuracy).
+    std_m : float or None
+        Standard deviation (divisor n - 1), which shows the precision; None for a single distance.
+    mad_m : float
+        Median absolute deviation from the median.
     rms_m : float
     lod95_m : float or None
         Median level of detection; None unless M3C2 was used.
@@ -134,7 +135,7 @@ def compare(
     Raises
     ------
     GeometryError
-        If the two do not overlap.
+        If the model or the benchmark has no finite points, or if they do not overlap.
     """
     progress = progress or SilentProgress()
     positions = points_of(model)

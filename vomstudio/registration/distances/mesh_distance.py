@@ -44,12 +44,12 @@ class OrientedMesh:
 
     @property
     def mean_normal(self) -> FloatArray:
-        """Return the area-weighted sum (3,) of the face normals."""
+        """Area-weighted sum (3,) of the face normals."""
         return np.asarray(self.areas @ self._faces, np.float64)
 
     @property
     def total(self) -> float:
-        """Return the length that the sum of the normals would have if faces were parallel."""
+        """Length that the sum of the normals would have if the faces were parallel."""
         return float(self.areas.sum())
 
     def _corner_normals(self, corners: list[FloatArray]) -> FloatArray:

@@ -46,7 +46,7 @@ _COMMON_SIZE_FACTOR = 2.0
 
 # --- names ----------------------------------------------------------------------------------------
 def most_similar_name(name: str, known_names: Sequence[str]) -> str | None:
-    """Return the known name that is most similar to the given name, if any.
+    """Return the known name that is most similar to the given name, or None.
 
     Parameters
     ----------

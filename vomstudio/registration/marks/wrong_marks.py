@@ -157,7 +157,7 @@ def do_rays_intersect(marks: Marks, limit_px: float) -> bool:
 
 
 def _find_worst_mark(marks: Marks) -> tuple[int, FloatArray]:
-    """Return the mark without which the others agree best, and the position they give.
+    """Return the mark without which the others agree best, and the position they determine.
 
     The position is NaN if leaving out another mark is nearly as good.
     """

@@ -1,4 +1,4 @@
-"""Edge detection by a user's network, in a worker process as its file is not trusted."""
+"""Edge detection by a user's network, in a worker process as the file is not trusted."""
 
 from __future__ import annotations
 

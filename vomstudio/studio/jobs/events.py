@@ -20,7 +20,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Step:
-    """Progress of the current stage, of which `done` steps are complete."""
+    """Progress of the current stage; `done` is the number of completed steps."""
 
     job: int
     done: int
@@ -44,7 +44,7 @@ class Failed:
 
     @property
     def message(self) -> str:
-        """Message for the window, which starts with the position in a file."""
+        """Message for the window, starting with the location if the error names a file."""
         error = self.to_error()
         return error.message if error.file is None else str(error)
 

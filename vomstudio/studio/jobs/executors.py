@@ -25,7 +25,7 @@ MAX_RESTART_TIME_S = 10.0
 
 
 class Threads:
-    """Executor with a fixed number of threads.
+    """Executor that processes the items in threads of this process.
 
     The work is native code that releases the GIL. Threads share the photos that they read, and a
     supervisor can stop them by killing their process.
@@ -62,7 +62,13 @@ class Cluster:
     """Executor on the workers of a Dask scheduler, which must run this program version."""
 
     def __init__(self, address: str) -> None:
-        """Connect to a scheduler. Raises UsageError if Dask is missing or it does not respond."""
+        """Connect to a scheduler.
+
+        Raises
+        ------
+        UsageError
+            If Dask is missing, or the scheduler does not respond or has no workers.
+        """
         try:
             import distributed
         except ImportError as error:

@@ -1,6 +1,6 @@
 """Jobs that read a reconstruction for inspection.
 
-In the requests, `out` is the folder of the reconstruction, and `into` is the output file for the
+In the requests, `out` is the folder of the reconstruction, and `folder` is the output file for the
 arrays.
 """
 
@@ -63,8 +63,8 @@ class AlignedCamera:
         Parameters of the camera model.
     sigma, correlation : tuple
         Standard deviations and correlations; None for undetermined parameters.
-    focal : str
-        "held" or how the focal length was estimated.
+    focal : {"held", "freed"}
+        Whether the focal length was fixed or estimated.
     strongest : (str, str, float) or None
         The most strongly correlated pair of parameters.
     """

@@ -83,8 +83,10 @@ class CachedModel:
     ----------
     folder : Path
         Folder of the model in the cache.
-    crs, content_hash : str
-        CRS and content hash of the file.
+    crs : str or None
+        CRS of the file, or None if the file states none.
+    content_hash : str
+        Content hash of the file.
     resolution : float or None
         Typical point spacing in the unit of the file, or None if unknown.
     """

@@ -135,7 +135,7 @@ def _focal(photo: Any) -> str:
 
 
 def _cache_thumbnail(photo: Any, folder: Path, thumbnail: Callable[..., Any]) -> str | None:
-    """Return the cached thumbnail of a photo, or None if it cannot be created."""
+    """Return the path of a photo's cached thumbnail, or None if it cannot be created."""
     from PIL import Image
 
     name = _file_state(photo.path)

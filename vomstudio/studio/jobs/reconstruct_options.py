@@ -128,7 +128,7 @@ class ReconstructOptions(Options):
 
     @property
     def box(self) -> tuple[float, ...] | None:
-        """Minimum and maximum corners of the region, or None. Raises UsageError."""
+        """Minimum and maximum corners of the region, or None if not given. Raises UsageError."""
         if self.region is None:
             return None
         try:

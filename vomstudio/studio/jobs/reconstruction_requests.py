@@ -59,7 +59,10 @@ def _crs(text: str) -> str:
 def _find_tables(
     photos: Path, gcp: str | Path | None, marks_option: str | Path | None
 ) -> tuple[Path | None, Path | None, list[Finding]]:
-    """Return the tables of control points and marks, with findings about them."""
+    """Return the tables of control points and marks, or None if not used, and findings.
+
+    Raises InputError if a table given by the user, or the marks for it, do not exist.
+    """
     from vomstudio.photogrammetry.georeferencing.mark_prediction import usable_tables
 
     specified_marks = None if marks_option is None else Path(marks_option).resolve()

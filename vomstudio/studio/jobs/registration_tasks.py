@@ -28,7 +28,7 @@ MEMORY_ADVICE = to_translate("Use a smaller part of the model, or close other pr
 
 @dataclass(frozen=True)
 class HomologousPoint:
-    """Point on the model (file frame) and on the reference (`reference_point`, World frame)."""
+    """Point identified on a model (file frame) and on its reference (World frame)."""
 
     label: str
     model: Point
@@ -42,7 +42,11 @@ class StableArea:
     Parameters
     ----------
     near_m : float, optional
-        Maximum distance from any of the `places`, or from `model` (see the option --stable).
+        Maximum distance from any of the `places`.
+    places : tuple of Point
+        Points in the World frame.
+    model : PlacedModel, optional
+        Model of the stable part; the reference is stable within a few point spacings of it.
     box : (low, high), optional
         Minimum and maximum corners of the box in the World frame.
     polygons : Path, optional

@@ -97,7 +97,7 @@ def _decode(target: Any, plain_value: Any, location: str) -> Any:
 
 
 def _is_array(type_: Any) -> bool:
-    """Check the type by name, so that jobs without arrays need not load NumPy."""
+    """Return whether a type is a NumPy array, by its name to avoid importing NumPy."""
     return getattr(type_, "__module__", "") == "numpy" and type_.__name__ == "ndarray"
 
 

@@ -65,7 +65,7 @@ class WorkerSupervisor:
         Raises
         ------
         WorkerError
-            If the request cannot be converted or no process can be started.
+            If the request cannot be converted, no process can be started, or `close` was called.
         """
         args = serialisation.encode(request)
         with self._lock:
@@ -102,7 +102,7 @@ class WorkerSupervisor:
         self._timers[job] = start_timer(CANCEL_GRACE_S, self._kill, job)
 
     def finish(self, timeout_s: float) -> bool:
-        """Wait until all jobs have ended, and return whether they have."""
+        """Wait for at most `timeout_s` until all jobs have ended, and return whether they have."""
         end = time.monotonic() + timeout_s
         while self._owners:
             if time.monotonic() > end:
@@ -147,7 +147,7 @@ class WorkerSupervisor:
 
     # ------------------------------------------------------------------------------------------
     def _write(self, command: Mapping[str, Any]) -> subprocess.Popen[str]:
-        """Send a command to a running process, and return the process."""
+        """Send a command to the process, which is started if necessary, and return the process."""
         process = self._process
         if process is None or process.poll() is not None:
             process = self._process = self._start()

@@ -82,7 +82,7 @@ def _compute(request: FieldsRequest, progress: Progress) -> ComputedFields:
 
 
 def _read_cached(out: Path, mark: str) -> ComputedFields | None:
-    """Return the fields that an earlier job computed with the same radius, or None."""
+    """Return the fields that an earlier job stored with the same mark, or None."""
     from vomstudio.core.files.arrays import open_arrays
     from vomstudio.extraction.surface_fields import KINDS
 
@@ -180,7 +180,7 @@ class FacetsResult:
     Parameters
     ----------
     element : {"face", "point"}
-        Type of the elements of which facets consist.
+        Type of the elements of the facets.
     reach_m : float
         Median of the facets' maximum distances from their planes, metres.
     near_planar_share, coverage, exposed_m2, vegetation_share, debris_share : float
@@ -240,9 +240,9 @@ def _find_facets(request: FacetsRequest, progress: Progress) -> FacetsResult:
 def _facet_arrays(result: FacetSegmentation, part: ModelPart, count: int, to_world: Any) -> Arrays:
     """Return the arrays that describe the facets.
 
-    `label` and `cover_classes` (points,) int32 contain the facet and the cover class (see
+    `label` and `covers` (points,) int32 contain the facet and the cover class (see
     `extraction.exposure.Exposure`) of each point of the model, or -1. The arrays of the f facets
-    are `n`, `n_effective`, `mean` (f, 3), `scatter` (f, 3, 3), `area`, `resolution`, `is_bent`,
+    are `n`, `n_effective`, `mean` (f, 3), `scatter` (f, 3, 3), `area`, `resolution`, `bent`,
     `level_gap` and `bend_deg` (0 if undefined), in the file frame. The faces or points of facet i
     are `rows[row_cuts[i]:row_cuts[i + 1]]`, and its outline is stored in the same way. `exposed_m2`
     is in the World frame.

@@ -17,7 +17,7 @@ from vomstudio.studio.jobs.job import Job, Lane
 
 @dataclass(frozen=True)
 class FramesRequest:
-    """Request to write frames of `video` to `out`; `force` allows other files there."""
+    """Request to write frames of `video` to `out`; `force` allows other files in `out`."""
 
     video: Path
     out: Path

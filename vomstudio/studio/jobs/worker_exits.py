@@ -74,7 +74,7 @@ def exit_error(code: int, stderr_text: str, job: Job[Any, Any], request: Any) ->
 
 
 def _last_line(stderr_text: str) -> str:
-    """Return the reason without the stack of addresses and without earlier output."""
+    """Return the reason in the last lines of stderr, without the stack of addresses."""
     error_text = stderr_text.rpartition("terminate called")[2].partition("*** Aborted")[0]
     return "\n".join(error_text.splitlines()[-MAX_CAUSE_LINES:])
 

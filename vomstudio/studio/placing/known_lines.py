@@ -40,7 +40,7 @@ class LineResidual:
 
 
 def placement_lines(lines: Sequence[KnownLine]) -> list[KnownLine]:
-    """Return the complete lines with known values, except those used only as checks."""
+    """Return the complete lines, except compass readings and lines used only as checks."""
     return [line for line in lines if line.is_complete and not line.check and not line.is_read]
 
 

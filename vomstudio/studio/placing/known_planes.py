@@ -32,7 +32,7 @@ SIGMAS_95 = 2.4477
 
 @dataclass(frozen=True, eq=False)
 class ModelDirection:
-    """Direction on the model of a feature that was measured with a compass.
+    """Direction, on the model, of a feature that was also measured with a compass.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def _direction_sigma(measurement: Measurement, is_plane: bool) -> float | None:
 def placement_readings(
     lines: Iterable[KnownLine], directions: Mapping[str, ModelDirection]
 ) -> list[KnownLine]:
-    """Return the readings that are used for placement, except those used only as checks."""
+    """Return the complete readings with a known direction that are not used only as checks."""
     return [line for line in lines if line.is_complete and not line.check and line.id in directions]
 
 
@@ -144,7 +144,7 @@ def _combine_sigmas(reading_sigma_deg: float | None, feature_sigma_deg: float | 
 def residual_deg(
     line: KnownLine, model_direction: ModelDirection, placement: ModelPlacement, turned_deg: float
 ) -> float:
-    """Return the angle between a reading and its direction on the placed model, 0 to 90.
+    """Return the angle between a reading and its direction on the placed model.
 
     Parameters
     ----------
@@ -154,6 +154,11 @@ def residual_deg(
     placement : ModelPlacement
     turned_deg : float
         Correction that is added to the azimuth, degrees.
+
+    Returns
+    -------
+    float
+        Angle in degrees, 0 to 90.
     """
     reading = CompassTable(
         (line.name,),

@@ -27,8 +27,8 @@ def marked_pairs(
 ) -> tuple[Pairs, str | None]:
     """Triangulate control points from their marks in photos, and add them to the pairs.
 
-    The points are converted to `to_crs` if it is given. Returns the pairs and their CRS. Messages
-    about unused points are appended to `findings`.
+    The points are converted to `to_crs` if it is given. Returns the pairs and their CRS (None if
+    unknown). Messages about unused points are appended to `findings`.
 
     Raises
     ------

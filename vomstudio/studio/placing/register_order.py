@@ -63,7 +63,10 @@ class RegistrationResult(Result):
 
     @property
     def registration_in_world(self) -> Registration | None:
-        """Registration for the model written in World: the identity with the same errors."""
+        """Registration for the model written in World, or None.
+
+        It is the identity with the errors of `registration`.
+        """
         if self.registration is None:
             return None
         return change_file_frame(self.registration, self.registration.matrix)
@@ -234,7 +237,10 @@ def _register(
 
 
 def _metric_crs(options: Observations) -> str | None:
-    """Return the CRS of the observations, which is in metres unless they are converted."""
+    """Return the CRS of the observations, or None; in metres unless they are converted.
+
+    Raises UsageError if the CRS is not in metres.
+    """
     from vomstudio.io.gis.crs import metric_crs
 
     if options.crs is None or options.to_crs is not None:
@@ -270,7 +276,10 @@ def _registration(
     read_north: NorthReference | None,
     findings: list[Finding],
 ) -> Registration:
-    """Return the registration record of a placement, as created by the window."""
+    """Return the registration record of a placement, as created by the window.
+
+    Findings about the record are appended to `findings`.
+    """
     from vomstudio.io.models.registration_file import registration_path
     from vomstudio.studio.placing.registering import (
         add_reference_error,
@@ -312,7 +321,7 @@ def _unused_marks_error(
 
 
 def _pairs_file(options: Observations) -> str | None:
-    """Return the table of points to which errors of the registration refer."""
+    """Return the table of points to which errors of the registration refer, or None."""
     return options.pairs or options.gcp
 
 
@@ -341,7 +350,10 @@ def _fit_to_reference(
     start: _Start,
     progress: Progress,
 ) -> ReferenceFit | None:
-    """Fit the model to the reference, starting with the placement by other observations."""
+    """Fit the model to the reference, starting with the placement by other observations.
+
+    Returns None if the options contain no reference. Raises UsageError if there is no model.
+    """
     if options.reference is None:
         return None
     from vomstudio.studio.placing.reference_fitting import InitialPlacement, fit_model
@@ -390,7 +402,10 @@ def _model_bounds(loaded_model: LoadedModel) -> FloatArray:
 
 
 def _known_up_direction(loaded_model: LoadedModel, options: RegisterOptions) -> FloatArray | None:
-    """Return the up direction (3,) of a model, or None if neither file nor options define it."""
+    """Return the up direction (3,) defined by the options or the file of a model, or None.
+
+    Raises UsageError if `--up` is given for a format that defines it.
+    """
     from vomstudio.io.models.frames import file_frame
 
     if options.up is not None and loaded_model.turned_about is not None:
@@ -426,8 +441,9 @@ def _collect_evidence(
 ) -> tuple[Evidence, str | None, NorthReference | None]:
     """Return the observations, the World CRS and the north reference of azimuths.
 
-    Messages are appended to `findings`; those about unused points and marks also to
-    `unused_findings`.
+    The CRS is None if unknown, and the north reference if there are no azimuths. Messages are
+    appended to `findings`; those about unused points and marks also to `unused_findings`. Raises
+    UsageError, InputError, GeometryError.
     """
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
@@ -509,7 +525,7 @@ def _collect_evidence(
 
 
 def _own_cameras(options: Observations, loaded_model: LoadedModel | None) -> ModelCameras:
-    """Read the cameras in the frame of the model."""
+    """Read the cameras in the frame of the model. Raises UsageError, InputError."""
     from vomstudio.io.photos.cameras_file import FILE_NAME
     from vomstudio.io.photos.own_cameras.reading import find_camera_file, read_camera_file
 
@@ -551,7 +567,7 @@ def _north(
     crs: str | None,
     position: tuple[float, float] | None,
 ) -> NorthInputs:
-    """Return the north reference, and the location and date of the readings."""
+    """Return the CRS, location, date and declination for the correction to grid north."""
     from vomstudio.registration.north import NorthInputs, centre_longitude_latitude, parse_day
 
     positions = [] if evidence.pairs is None else [evidence.pairs.world]
@@ -582,7 +598,10 @@ def _rotate_to_grid_north(
 
 
 def _find_photos(source: str | Path, cameras: ModelCameras, option: str) -> dict[str, Path]:
-    """Find the photos of the cameras, in the given folder or beside the model."""
+    """Find the photos of the cameras, in the given folder or beside the model.
+
+    Raises UsageError if no photo is found.
+    """
     from vomstudio.io.photos.own_cameras.photos import find_camera_photos
 
     photos = find_camera_photos(cameras, None if source == BESIDE else Path(source))

@@ -50,10 +50,10 @@ def import_control_points(
     pairs: Pairs,
     known_control_points: Sequence[ControlPoint],
 ) -> Edit:
-    """Import points of a file as control points of a model.
+    """Create the edit that imports points of a file as control points of a model.
 
-    The points `known_control_points`, which the model already has, are given the coordinates with
-    the same label.
+    `known_control_points` are the existing points of the model. A point with the same label gets
+    the coordinates of the file.
     """
     existing_points = {point.name: point for point in known_control_points}
     records_after: dict[str, Record | None] = {}
@@ -115,10 +115,10 @@ def expected_positions(
 
 
 def _match_two_points(points: Sequence[ControlPoint], model: Model) -> FloatArray | None:
-    """Return the 4 x 4 matrix from the coordinates of points to the placed model.
+    """Return the 4 x 4 matrix from the coordinates of points to the placed model, or None.
 
     Two points that are not vertically above each other determine the rotation about the
-    vertical, the scale and the translation.
+    vertical, the scale and the translation. The vertical of the model must be known.
     """
     pairs = control_pairs(points)
     if len(pairs.labels) != 2 or not model.frame.has_up:
@@ -355,7 +355,7 @@ def add_reference_error(
 
 
 def reference_findings(record: Registration) -> tuple[Finding, ...]:
-    """Return a finding on the combined errors of a fit and its reference."""
+    """Return a finding on the combined errors of a fit and its reference; empty if unknown."""
     rotation, scale = worst_turn95_deg(record.rotation_covariance()), record.scale_error
     if rotation is None or scale is None:
         return ()

@@ -55,7 +55,10 @@ def compute_exposed_area(
 def picked_lines(
     records: Records, measurements: Mapping[str, Measurement], model_id: str
 ) -> list[FloatArray]:
-    """Return the picks on a model as World lines (k, 3); a patch is its centre."""
+    """Return the picks on a model as World lines (k, 3); a patch is reduced to its centre.
+
+    Repeated picks are omitted.
+    """
     lines = []
     for id_, measurement in measurements.items():
         feature = records.get(id_)
@@ -78,7 +81,7 @@ def picked_lines(
 def compute_coverage(
     grid: FaceGrid, model: Model | None, exposed_area: ExposedArea, lines: Iterable[FloatArray]
 ) -> FaceCoverage:
-    """Compute the coverage of a grid by the `lines` of `picked_lines`."""
+    """Compute the coverage of a grid by picks; `lines` are the result of `picked_lines`."""
     grid_in_world = world_grid(grid, model)
     unit = (grid_in_world.cell / grid.cell) ** 2
     return measure_coverage(

@@ -108,7 +108,7 @@ class Proposals:
         return float(self.exposed_m2[sorted(rows)].sum()) / self.result.exposed_m2
 
     def get_exposed_area(self, row: int) -> float:
-        """Return the exposed area of a facet that consists of points, m2."""
+        """Return the exposed area of a facet, m2."""
         return float(self.exposed_m2[row])
 
     @property

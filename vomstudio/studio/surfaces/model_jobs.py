@@ -120,7 +120,7 @@ class ModelWork:
 
 
 class ModelProposals(Protocol):
-    """Protocol of proposals on a model, with its registration at the time of the search."""
+    """Protocol of proposals on a model, with its placement at the time of the search."""
 
     @property
     def model_id(self) -> str: ...
@@ -157,7 +157,7 @@ class ProposalQueue(ModelWork, Generic[ProposalsT]):
         raise NotImplementedError
 
     def follow_edit(self, edit: Edit) -> None:
-        """Discard the proposals if an edit removed the model or changed its registration."""
+        """Discard the proposals if an edit removed or moved the model, or else update them."""
         proposals = self.proposals
         if proposals is None:
             return

@@ -140,7 +140,7 @@ class ModelElements:
                 self._hidden[str(id_)] = mask_from_dict(encoded_mask)
 
     def loaded(self, model_id: str) -> None:
-        """Apply the hidden elements to a loaded model."""
+        """Apply the hidden elements to a loaded model, or discard them if its size has changed."""
         hidden_elements, data = self._hidden.get(model_id), self.data(model_id)
         if hidden_elements is None or data is None:
             return

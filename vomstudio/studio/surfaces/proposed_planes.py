@@ -22,7 +22,7 @@ class ProposedPlanes:
     title : str
         Translated title, for the legend of the net.
     planes : tuple of Plane
-        World frame.
+        Planes in the World frame.
     indices : tuple of int
         Index of the proposal of each plane.
     selection : frozenset of int

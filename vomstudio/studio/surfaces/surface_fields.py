@@ -162,7 +162,10 @@ class ModelFields(ModelWork):
         return None
 
     def suggest_radius(self, model_id: str) -> float:
-        """Return five times the resolution of a model, metres, to two significant digits."""
+        """Return five times the resolution of a model, metres, to two significant digits.
+
+        Returns 0.5 if the resolution is unknown.
+        """
         open_model, record = (
             self._models.open_models.get(model_id),
             self._projects.records.get(model_id),
@@ -393,7 +396,7 @@ class ModelFields(ModelWork):
         self.changed.emit()
 
     def follow_edit(self, edit: Edit) -> None:
-        """Update fields if a model was moved or a feature whose plane is used has changed."""
+        """Update the fields of models that were moved, and those of planes that have changed."""
         for model_id, shown_field in list(self.shown_fields.items()):
             inputs = self._inputs(model_id, shown_field.request)
             if inputs == shown_field.inputs:

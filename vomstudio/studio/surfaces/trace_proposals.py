@@ -216,7 +216,8 @@ class TraceProposals(ProposalQueue[ProposedLines]):
     def edit(self, row: int) -> bool:
         """Open a proposal in the trace tool as a path through a few way-points.
 
-        Returns False if another feature is open.
+        Returns False if the proposal is already decided, if another feature is open, or if the tool
+        rejects the line.
         """
         proposals = self.proposals
         model = None if proposals is None else self._projects.records.get(proposals.model_id)

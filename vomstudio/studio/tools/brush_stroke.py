@@ -82,7 +82,7 @@ class Stroke:
         )
 
     def paint(self, hit: Hit, radius: float) -> None:
-        """Add or erase everything within `radius`, in metres, of a hit."""
+        """Add or erase the connected elements within `radius`, in metres, of a hit."""
         ids = self.surface.connected_ids_in_ball(hit.index, hit.position, radius / self.scale)
         ids = ids[self.is_selected[ids] == self.is_removing]
         if not len(ids):
@@ -98,7 +98,7 @@ class Stroke:
         return np.flatnonzero(self.is_selected)
 
     def figures(self, ids: IntArray, *, is_whole: bool) -> dict[str, Any]:
-        """Return the patch fields for `ids`, or all fields of the record if `is_whole`."""
+        """Return the fields for measuring a patch of `ids`, or all its fields if `is_whole`."""
         if is_whole:
             return patch_fields(self.surface, ids)
         points, weights = self.surface.weighted_points(ids)

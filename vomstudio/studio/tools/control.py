@@ -62,7 +62,7 @@ class ControlTool(StatelessTool):
         self._show_preview()
 
     def choose(self, id_: str) -> None:
-        """Select the point that is located next; "" stands for a new point."""
+        """Select the point that is located next; "" selects a new point."""
         self._current = id_
         self._show_preview()
         self._context.tool_changed()

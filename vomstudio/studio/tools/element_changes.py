@@ -49,7 +49,7 @@ class ElementChanges:
 
     # --- all at once -------------------------------------------------------------------------
     def model_id(self) -> str | None:
-        """Return the id of the selection's model, or else of the only visible model."""
+        """Return the id of the selection's model, or else of the only visible model, or None."""
         selection = self._tool.selection
         visible_ids = self._context.elements.shown()
         if selection is not None:

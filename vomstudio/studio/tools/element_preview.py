@@ -47,7 +47,7 @@ class ElementPreview:
         return patch.replace_fields(**patch_fields(surface, selection.ids()))
 
     def measurement(self, selection: ElementSelection | None) -> Measurement | None:
-        """Return the measurement of the plane, or None if the selection is too large."""
+        """Return the measurement of the plane; None if the selection is empty or too large."""
         if selection is None or selection.count > MAX_LIVE_ELEMENTS:
             return None
         if self._mask_measurement is None or self._mask_measurement[0] is not selection.mask:

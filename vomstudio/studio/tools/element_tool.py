@@ -43,7 +43,7 @@ class ElementTool:
     mode : ElementMode
         Action of a click or drag.
     combine : Combine
-        How the result is combined with the selection if no modifier key is pressed.
+        Combination of the result with the selection if no modifier key is pressed.
     is_through : bool
         Whether shapes also select hidden elements.
     """
@@ -173,7 +173,7 @@ class ElementTool:
             self._shape = DrawnShape(self.mode, combination_mode, (event.x, event.y))
 
     def _close_shape(self) -> None:
-        """Use the unfinished shape, if it is complete."""
+        """Close the shape if it is complete, and select the elements inside it."""
         shape = self._shape
         if shape is None:
             return
@@ -187,7 +187,7 @@ class ElementTool:
         self._notify_change()
 
     def _apply_shape(self, shape: DrawnShape, snapshot: ViewSnapshot) -> None:
-        """Select the elements inside a shape."""
+        """Select the elements inside a shape, on the model with most elements inside it."""
         selection_before, combination_mode = self._selection, shape.combine
         ids = self._models(combination_mode)
         masks = inside(self._context, snapshot, shape, ids, is_through=self.is_through)
@@ -202,7 +202,10 @@ class ElementTool:
             self.take(best_model_id, masks[best_model_id], combination_mode, tr(MODES[shape.mode]))
 
     def _models(self, combination: Combine) -> list[str]:
-        """Return the ids of the models to search; an existing selection restricts them."""
+        """Return the ids of the visible models that a shape can select.
+
+        Only the model of an existing selection is returned, unless the shape replaces it.
+        """
         visible_ids = self._context.elements.shown()
         if self.selection is not None and combination != "new":
             return [id_ for id_ in visible_ids if id_ == self.selection.model_id]
@@ -234,13 +237,16 @@ class ElementTool:
         self._notify_change()
 
     def release(self) -> ElementSelection | None:
-        """Clear the selection and return it, so that another tool can adopt it."""
+        """Clear the selection and return it (None if empty), so that another tool can adopt it."""
         selection = self.selection
         self._discard_state()
         return selection
 
     def undo(self) -> bool:
-        """Remove the last corner of the shape, or else undo the last step."""
+        """Remove the last corner of the shape, or else undo the last step.
+
+        Return False if no step can be undone.
+        """
         if self._shape is not None:
             if not self._shape.remove_last_corner():
                 self._shape = None
@@ -249,7 +255,7 @@ class ElementTool:
         return self._selection is not None and self._finish_step(self._selection.undo())
 
     def redo(self) -> bool:
-        """Redo the last undone step."""
+        """Redo the last undone step. Return False if no step can be redone."""
         return self._selection is not None and self._finish_step(self._selection.redo())
 
     def _finish_step(self, is_done: bool) -> bool:
@@ -392,7 +398,9 @@ def inside(
 
 
 def combination(event: PointerEvent, default: Combine) -> Combine:
-    """Return the combination: Shift adds, Alt or Ctrl removes, both intersect.
+    """Return the combination by keys: Shift adds, Alt or Ctrl removes, both intersect.
+
+    If none of these keys is pressed, `default` is returned.
 
     Parameters
     ----------

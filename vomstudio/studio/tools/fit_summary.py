@@ -11,5 +11,5 @@ WRAP_WIDTH = 44
 
 
 def first_reason_lines(verdict: Verdict) -> list[str]:
-    """Return the first reason of a verdict, wrapped to WIDTH."""
+    """Return the first reason of a verdict, wrapped to WRAP_WIDTH."""
     return [line for finding in verdict.reasons[:1] for line in wrap(finding.message, WRAP_WIDTH)]

@@ -38,7 +38,8 @@ class FollowedPath:
     warnings : tuple of Finding
         Findings about the path and the photos that were used to check it.
     is_final : bool
-        Whether the path was compared with other photos; False for a path to the cursor.
+        Whether all checks were made; False for a path to the cursor in a photo, which is not
+        compared with other photos.
     costs : (n,) float64 or None
         Cost per metre at each point relative to the median of its surroundings, or None if
         unknown.
@@ -68,7 +69,7 @@ class PathFinder(Protocol):
     """Protocol of a finder of paths over models, which works in the background."""
 
     def costs(self, model_id: str) -> tuple[str, ...]:
-        """Return the names of the costs that are available for a model, except its fields."""
+        """Return the names of the costs available for a model, except costs by its fields."""
 
     def follow(
         self,
@@ -92,7 +93,7 @@ class PathFinder(Protocol):
         photo : str
             Photo in whose pixels the path is followed, or "" to follow it over the surface.
         is_live : bool
-            Whether only the latest of the live requests is answered.
+            Whether a later live request replaces this one if it is still pending.
         callback : callable
             Called with the result later, in the caller's thread.
         """
@@ -158,7 +159,9 @@ class FollowedLine:
     def path(
         self, model_id: str, way_points: Sequence[Point], *, is_live: bool = False
     ) -> FloatArray:
-        """Return the line (n, 3) through way-points; request unknown legs, which are straight.
+        """Return the line (n, 3) through way-points.
+
+        Unknown legs are requested, and are straight until they are available.
 
         Parameters
         ----------
@@ -184,7 +187,9 @@ class FollowedLine:
     def doubtful(
         self, model_id: str, way_points: Sequence[Point], resolution: float, cost: str = ""
     ) -> tuple[Range, ...]:
-        """Find stretches of `path` that may follow another contact (first and last rows).
+        """Return the first and last rows of parts of `path` that may follow another contact.
+
+        The result is empty if the cost of any leg is unknown.
 
         Parameters
         ----------
@@ -258,7 +263,7 @@ class FollowedLine:
         return photo_costs if uses_photos and photo_costs else costs
 
     def leg(self, model_id: str, start: Point, end: Point, *, is_live: bool) -> FloatArray | None:
-        """Return the path between two points, or None while it is not available."""
+        """Return the path between two points; None if not available yet or legs are straight."""
         if self.cost is None:
             return None
         return self._find_leg(model_id, start, end, self.current_cost(model_id), is_live=is_live)
@@ -312,7 +317,7 @@ class FollowedLine:
         return any(not self._is_cached(key) for key in keys)
 
     def clear_state(self) -> None:
-        """Discard all legs and requests."""
+        """Discard all requests; known legs remain available."""
         self._requested_keys.clear()
         self._live_key = None
 
@@ -337,7 +342,7 @@ class FollowedLine:
             self._on_leg()
 
     def _should_report(self, key: Key) -> bool:
-        """Return whether to report a failure; for AUTO one available candidate suffices."""
+        """Return whether to report a failure: for AUTO, only that of the first candidate."""
         return self.cost != AUTO or key[1] == self._finder.costs(key[0])[0]
 
 
@@ -357,7 +362,7 @@ def _are_new_points(line: FloatArray) -> BoolArray:
 
 
 def photo_votes(legs: Sequence[FollowedPath]) -> str | None:
-    """Describe the photos of paths and their confirmation by other photos, or None."""
+    """Describe the photos of paths and their confirmation; return None if `legs` is empty."""
     if not legs:
         return None
     text = tr(

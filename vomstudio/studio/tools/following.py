@@ -109,7 +109,7 @@ class FollowingTool(PolylineTool[F]):
         )[0]
 
     def _doubtful_ranges(self, feature: F, resolution: float) -> tuple[tuple[int, int], ...]:
-        """Find path stretches that may follow another contact (first and last rows).
+        """Return the first and last rows of path stretches that may follow another contact.
 
         `resolution` is that of the model around the feature, in file units.
         """
@@ -151,9 +151,9 @@ class FollowingTool(PolylineTool[F]):
 
     @property
     def votes(self) -> str | None:
-        """Describe the photos in which the open feature is followed, and their confirmation.
+        """Description of the photos in which the feature is followed, with their confirmation.
 
-        Returns None if the feature is not followed in a photo.
+        None if the feature is not followed in a photo.
         """
         if self._feature is None or not self.is_path:
             return None
@@ -175,7 +175,7 @@ class FollowingTool(PolylineTool[F]):
         )
 
     def _verdict_code(self) -> str | None:
-        """Return the verdict on a complete path only, because straight legs are provisional."""
+        """Return the verdict on a complete path, or None while a leg is pending."""
         return None if self.is_searching else super()._verdict_code()
 
     @property
@@ -211,7 +211,10 @@ class FollowingTool(PolylineTool[F]):
         return self._context.world_positions(hits) if hits else None
 
     def finish(self) -> str | None:
-        """Finish the feature as soon as its pending legs are available."""
+        """Finish the feature as soon as its pending legs are available.
+
+        Returns its id, or None if legs are pending or the feature could not be stored.
+        """
         if self._queued_clicks and self.is_searching:
             if self._queued_clicks[-1] is not None:
                 self._queued_clicks.append(None)
@@ -266,7 +269,10 @@ class FollowingTool(PolylineTool[F]):
         return tr(UNDO_LABELS["finish"]) if self._is_finish_waiting else super().undo_label
 
     def undo(self) -> bool:
-        """Undo the last step, starting with pending clicks."""
+        """Undo the last step, starting with pending clicks.
+
+        Return False if no step can be undone.
+        """
         if self._queued_clicks:
             self._queued_clicks.pop()
         elif self._is_finish_waiting:

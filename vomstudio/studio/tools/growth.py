@@ -25,7 +25,7 @@ DEFAULT_DISTANCE_SPACINGS = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Seed:
-    """Seed of a growth, and how its result is combined with the selection."""
+    """Seed of a growth, and the combination of its result with the selection."""
 
     hit: Hit
     combination_mode: Combine
@@ -62,7 +62,7 @@ class Growth:
         self.distance = min(max(float(metres), MIN_DISTANCE_M), MAX_DISTANCE_M)
 
     def change_tolerance(self, step_count: float, *, includes_distance: bool) -> None:
-        """Change a tolerance by a number of wheel notches."""
+        """Change the angle or, if `includes_distance`, the distance by some wheel notches."""
         if includes_distance:
             self.set_distance(float(f"{(self.distance or 0.1) * DISTANCE_FACTOR**step_count:.2g}"))
         else:
@@ -102,7 +102,7 @@ class Growth:
         return piece if piece.count else None
 
     def _report_extremes(self, piece: GrownPiece) -> None:
-        """Report a piece that is empty or covers the whole model."""
+        """Report a piece that is empty, isolated, truncated, or covers the whole model."""
         if piece.count == 0:
             self._context.hint(Finding("growth.no-plane"))
         elif piece.count == 1:

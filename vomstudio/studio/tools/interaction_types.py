@@ -38,9 +38,8 @@ class Pointer(enum.Enum):
     """Kind of a pointer event.
 
     MOVE is sent while no button is pressed. CLICK is a press and release within `MAX_CLICK_PX`.
-    DRAG events are sent only for a button that the viewport passes to the tool (a vertex handle
-    under the cursor). WHEEL is sent only with Ctrl or Shift, and only to a tool that has
-    requested it.
+    DRAG events are sent only if the tool draws with the left button or if a vertex handle is under
+    the cursor. WHEEL is sent only with Ctrl or Shift, and only to a tool that has requested it.
     """
 
     MOVE = "move"

@@ -40,7 +40,7 @@ _HINTS = {
 class KnownLineTool(PolylineTool[KnownLine]):
     """Tool for known lines of two points, whose values are entered in the panel.
 
-    The kind "plane" stands for all compass readings, including those of lines.
+    The kind "plane" includes all compass readings, even those of lines.
     """
 
     name = "known_line"
@@ -58,7 +58,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
 
     @property
     def selects_feature(self) -> bool:
-        """Whether clicks select a feature with a compass reading."""
+        """Whether clicks select a feature for a compass reading."""
         return self._feature is None and self.next_kind == "plane"
 
     def choose(self, kind: KnownKind) -> None:
@@ -76,7 +76,10 @@ class KnownLineTool(PolylineTool[KnownLine]):
         self._context.tool_changed()
 
     def continue_feature(self, feature_id: str) -> None:
-        """Continue a feature, except a compass reading, which has no vertices."""
+        """Continue a feature. Raises DocumentError.
+
+        A compass reading cannot be continued because it has no vertices.
+        """
         line = get(self._context.session.records, feature_id, KnownLine)
         if line is not None and line.is_read:
             raise DocumentError(Finding("line.from-compass", name=line.name))

@@ -174,7 +174,7 @@ class LineTool(PolylineTool[Lineation]):
         super()._measure_live()
 
     def _surrounding_patch(self) -> FloatArray | None:
-        """Return a part of the plane that contains the line."""
+        """Return a part of the plane that contains the line, or None if no plane is set."""
         plane = get_plane(self._context, self._feature.plane_id if self._feature else "")
         fit = self.measurement.line_fit if self.measurement else None
         if plane is None or plane.plane is None or fit is None:

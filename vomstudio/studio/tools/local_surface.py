@@ -57,7 +57,7 @@ def find_outdated_features(records: Mapping[str, Record]) -> list[SurfaceFeature
 
 
 def find_outdated_model(record: Record) -> tuple[str, str] | None:
-    """Return the id and hash of the model if a feature was measured by an earlier rule."""
+    """Return the id and hash of a feature's model, or None if no earlier rule was used."""
     if isinstance(record, SurfaceFeature) and record.rule < SURROUNDINGS_RULE:
         return record.model_id, record.model_hash
     return None

@@ -197,7 +197,7 @@ class MeasureTool(PolylineTool[Dimension]):
         return self.kind == "area" and len(self.vertices) > 2
 
     def _surrounding_patch(self) -> FloatArray | None:
-        """Return an outline of the plane of a thickness, through the base of the measurement."""
+        """Return a disc in the plane of a thickness, around its base point, or None."""
         plane = get_plane(self._context, self.plane_id) if self.kind == "thickness" else None
         measurement = self._measured_dimension()
         if (
@@ -211,7 +211,7 @@ class MeasureTool(PolylineTool[Dimension]):
         return disc(measurement.points[0], plane.plane.normal(), max(max_distance, 1e-9))
 
     def _measured_dimension(self) -> Measurement | None:
-        """Return the measurement including the point under the cursor."""
+        """Return the measurement including the point under the cursor, or None."""
         position, points = self._hovered_point(), self.vertices
         is_complete = self.kind in TWO_POINT_KINDS and len(points) > 1
         if (

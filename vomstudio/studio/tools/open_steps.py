@@ -131,7 +131,10 @@ class SteppedFeature(Generic[F]):
         self._set_vertices(tuple(changed_vertices), index)
 
     def delete_vertex(self, index: int | None = None) -> None:
-        """Delete a vertex, by default the marked vertex."""
+        """Delete a vertex, by default the marked vertex.
+
+        A new feature is discarded with its last vertex.
+        """
         row_index = self.current_vertex if index is None else index
         if self._feature is None or row_index is None or not 0 <= row_index < len(self.vertices):
             return

@@ -99,7 +99,8 @@ def enclosed_area(ring: FloatArray, model: Model, surface: SelectableSurface) ->
 def selection_area(ids: IntArray, model: Model, surface: SelectableSurface) -> Area:
     """Return selected faces or points for drawing; fast for any number of elements.
 
-    If there are many faces, they are drawn as dots. Only a few faces have a border.
+    More than MAX_FILLED_FACES faces are drawn as dots, and more than MAX_BORDERED_FACES faces have
+    no border.
     """
     border = np.zeros((0, 2, 3))
     if surface.element == "face" and len(ids) <= MAX_BORDERED_FACES:

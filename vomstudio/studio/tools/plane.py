@@ -125,7 +125,7 @@ class PlaneTool(ElementTool):
 
     @property
     def measurement(self) -> Measurement | None:
-        """Measurement of the plane, or None if it has none yet or too many elements."""
+        """Measurement of the plane, or None if it is not measured yet or has too many elements."""
         if self._is_pressed:
             return self._live_measurement
         return self._preview.measurement(self.selection)
@@ -289,7 +289,7 @@ class PlaneTool(ElementTool):
         self._notify_change()
 
     def _begin_stroke(self, hit: Hit) -> Stroke | None:
-        """Start a stroke where the brush first meets a surface."""
+        """Start a stroke where the brush meets a surface, or show why not and return None."""
         model = get(self._context.session.records, hit.model_id, Model)
         surface, selection = self._context.surface(hit.model_id), self.selection
         was_empty = self._stroke_combination in ("new", "intersect") or selection is None
@@ -398,7 +398,10 @@ class PlaneTool(ElementTool):
         return super().redo()
 
     def finish(self) -> str | None:
-        """Close the unfinished shape, or else store the plane and return its id."""
+        """Close the unfinished shape, or else store the plane and return its id.
+
+        Returns None if a shape was closed, if clicks are pending, or if the plane was not stored.
+        """
         if self._is_pressed:
             self._release()
         if self._shape is not None:
@@ -476,7 +479,10 @@ class PlaneTool(ElementTool):
             )
 
     def _cancel_stroke(self) -> None:
-        """Discard the unfinished stroke, which redo repeats, or undo if it was the first."""
+        """Discard the unfinished stroke.
+
+        Redo repeats the stroke or, if it was the first stroke of the plane, undo restores it.
+        """
         stroke, had_stroke = self._stroke, self.count > 0
         if stroke is None or not stroke.count:
             self._stop_stroke()

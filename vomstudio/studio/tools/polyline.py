@@ -44,7 +44,7 @@ class PolylineTool(SteppedFeature[F]):
     Attributes
     ----------
     noun : str
-        Name of the feature in undo labels; "" stands for `name`.
+        Name of the feature in undo labels; if "", `name` is used.
     """
 
     name: ClassVar[str]
@@ -105,7 +105,7 @@ class PolylineTool(SteppedFeature[F]):
         return False
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """Set the feature type and set of the next feature."""
+        """Do nothing; tools whose features have the next type and set override this method."""
 
     def leave(self) -> None:
         """Deactivate the tool; the open feature remains, with its draft."""
@@ -289,7 +289,7 @@ class PolylineTool(SteppedFeature[F]):
         }
 
     def restore(self, state: Mapping[str, Any]) -> bool:
-        """Restore a draft. Return False if another tool made it or its model was removed."""
+        """Restore a draft. Return False if it is not valid or its model or tool does not match."""
         records = self._context.session.records
         try:
             if state["tool"] != self.name or not isinstance(records.get(state["model_id"]), Model):

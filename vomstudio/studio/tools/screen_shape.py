@@ -45,7 +45,7 @@ class DrawnShape:
             self._vertices.append(self._cursor)
 
     def corner(self, event: PointerEvent) -> bool:
-        """Add a corner to a polygon, and return whether that closes it."""
+        """Add a corner to a polygon, or return True if the position closes the polygon."""
         self.move(event)
         cursor = self._cursor
         distance = (

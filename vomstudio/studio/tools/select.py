@@ -91,7 +91,7 @@ class SelectTool(ElementTool):
         self._context.select(inside_ids, shape.combine)
 
     def finish(self) -> str | None:
-        """Close the unfinished shape."""
+        """Close the unfinished shape and return None."""
         self._close_shape()
         return None
 

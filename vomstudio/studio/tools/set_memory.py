@@ -10,7 +10,7 @@ class SetMemory:
         self._sets: dict[str, str] = {}
 
     def clear(self) -> None:
-        """Forget all sets, for another project."""
+        """Clear all sets because another project is opened."""
         self._sets.clear()
 
     def choose_set(self, current: tuple[str, str], type_id: str, set_name: str) -> str:

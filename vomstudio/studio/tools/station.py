@@ -1,4 +1,4 @@
-"""Tool for stations and samples, each of which is created by a click."""
+"""Tool for stations and samples; each click creates one of them."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class StationTool(PolylineTool[Station]):
         self._set_vertices((position,))
 
     def insert_vertex(self, position: Point) -> None:
-        """Do nothing, because a station has a single position."""
+        """Move the station to `position`, because it has a single vertex."""
         self._set_vertices((position,))
 
     def _edit(self, feature: Station) -> Edit:
@@ -122,7 +122,7 @@ class StationTool(PolylineTool[Station]):
 
 
 def increment_number(number: str) -> str:
-    """Return the label after a numbered label, such as KB-10 after KB-09, or ""."""
+    """Return the label after a numbered label, such as KB-10 after KB-09; "" for others."""
     match = re.search(r"(\d+)(\D*)$", number)
     if match is None:
         return ""

@@ -141,7 +141,7 @@ class TraceTool(FollowingTool[Trace]):
         return True
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """Set the feature type and set of the open trace."""
+        """Set the feature type and set of the open trace if it is new."""
         if self._feature is not None and not self._has_stored_feature:
             if (self._feature.type_id, self._feature.set_name) == (type_id, set_name):
                 return

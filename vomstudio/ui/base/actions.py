@@ -30,7 +30,7 @@ class Command:
     text : str
         Menu text, with `&` before its mnemonic.
     tip : str
-        First line of the tooltip.
+        Second line of the tooltip, below the menu text and the keys.
     disabled_reason : callable
         Returns the reason why the command cannot run now, which is shown in the tooltip, or None
         if it can.
@@ -39,7 +39,8 @@ class Command:
     is_checked : callable, optional
         Returns the state of a checkable command.
     target : callable
-        Returns the name of the object that the command would change now, for the tooltip.
+        Returns the name of the object that the command would change now, which is shown in the
+        tooltip, or None.
     current_text : callable, optional
         Returns a menu text that depends on the current state.
     is_global : bool
@@ -79,7 +80,7 @@ class Actions(QObject):
     Attributes
     ----------
     refused : Signal
-        Emitted with the reason when the plain key of a command that cannot run now is pressed.
+        Emitted with the reason when a plain key is pressed whose command cannot run now.
     """
 
     refused = Signal(object)  # Finding
@@ -121,7 +122,7 @@ class Actions(QObject):
         viewport.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
-        """Report a plain key whose command cannot run now."""
+        """Report a plain key, except Esc, whose command cannot run now."""
         if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False
         # A key arrives here only if it was not handled by an enabled command. Esc is never
@@ -151,7 +152,7 @@ class Actions(QObject):
         return self._commands[name].target()
 
     def run(self, name: str) -> None:
-        """Run an action if it can run now."""
+        """Run a command if it can run now, and update all actions."""
         command = self._commands[name]
         if command.disabled_reason() is None:
             _log.info("action %s", name)

@@ -70,8 +70,8 @@ def closed_model_finding(studio: Studio) -> Finding | None:
 def current_model(studio: Studio) -> Model | None:
     """Return the model that was selected last, directly or through one of its features.
 
-    If nothing suitable is selected, return the only model with an undeclared frame, or else the
-    last model.
+    If no model or feature of a model is selected, return the only model with an undeclared frame,
+    or else the last model. Return None if the project has no models.
     """
     records, models = studio.records, studio.session.of(Model)
     for id_ in reversed(studio.selection.ids):
@@ -87,13 +87,13 @@ def current_model(studio: Studio) -> Model | None:
 
 
 def current_feature(studio: Studio) -> Feature | None:
-    """Return the feature that was selected last, or None if nothing is selected."""
+    """Return the object that was selected last if it is a feature, otherwise None."""
     current_id = studio.selection.current if studio.has_project else None
     return None if current_id is None else get_feature(studio.records, current_id)
 
 
 def current_line(studio: Studio, line_class: type[Line], min_vertices: int = 2) -> Line | None:
-    """Return the current feature if it has this class and enough vertices, else None."""
+    """Return the current feature if it is a `line_class` with enough vertices, else None."""
     feature = current_feature(studio)
     return (
         feature
@@ -105,7 +105,8 @@ def current_line(studio: Studio, line_class: type[Line], min_vertices: int = 2) 
 def start_folder(studio: Studio) -> str:
     """Return the start folder of dialogs that open files.
 
-    This is the folder of the file that was opened last, but never that of the sample project.
+    This is the first existing folder of the recent projects and models, excluding the sample
+    project, or else the folder of the user's documents.
     """
     sample = resource("sample").parent
     for text in studio.settings.recent:
@@ -124,8 +125,9 @@ def documents_folder() -> str:
 def results_folder(studio: Studio) -> Path:
     """Return the folder that is proposed for results.
 
-    This is the folder last used in the project, else the parent folder of the saved project, else
-    the folder last used in another project. It is never the folder of a model or of photos.
+    This is the first existing folder of: the folder last used in the project, the parent folder of
+    the saved project, the folder last used in another project, the parent folders of recent
+    projects, and the folder of the user's documents.
 
     Parameters
     ----------
@@ -169,6 +171,8 @@ def ask_for_target(
 ) -> Path | None:
     """Return the output file that the user selects, or None if the user cancels.
 
+    The folder of the file is proposed for the next result.
+
     Parameters
     ----------
     parent : QWidget
@@ -176,7 +180,7 @@ def ask_for_target(
     title : str
         Title of the dialog.
     default_name : str or Path
-        Proposed file, by default in the folder of results.
+        Proposed file. A relative path refers to the folder of results.
     formats : mapping of str to str
         Names of the formats, keyed by file extension. The extension of the selected format is
         added if the user does not type one.
@@ -235,7 +239,7 @@ def ask_for_file(
 
 
 def current_measurement(studio: Studio) -> Measurement | None:
-    """Return the measurement of the current feature, or None if it has no feature type."""
+    """Return the measurement of the current typed feature, or None if it is missing."""
     if not studio.has_project or (current_id := studio.selection.current) is None:
         return None
     if not isinstance(studio.records.get(current_id), TypedFeature):
@@ -244,7 +248,7 @@ def current_measurement(studio: Studio) -> Measurement | None:
 
 
 def confirm_replacement(parent: QWidget, names: list[str]) -> bool:
-    """Ask the user to confirm the replacement of existing files."""
+    """Ask whether existing files may be replaced, and return the answer."""
     answer = QMessageBox.question(
         parent,
         tr("Replace files?"),

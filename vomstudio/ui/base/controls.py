@@ -105,7 +105,7 @@ class ComboBox(QComboBox):
 
 
 class SpinBox(QSpinBox):
-    """Integer field that ignores the wheel, like `ComboBox`, and reads numbers as typed."""
+    """Integer field that ignores the wheel, like `ComboBox`, and accepts units of length."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -127,13 +127,13 @@ class SpinBox(QSpinBox):
 
 
 class DoubleSpinBox(QDoubleSpinBox):
-    """Number field that ignores the wheel, like `ComboBox`, and reads numbers as typed.
+    """Number field that ignores the wheel, like `ComboBox`, and accepts units of length.
 
     Attributes
     ----------
     automatic_value : float or None
-        Number from which the arrows start while the field is at its minimum, where the program
-        chooses the number.
+        Number that the program chooses while the field is at its minimum. The arrows start from it.
+        None if the program chooses no number.
     """
 
     def __init__(self) -> None:
@@ -179,7 +179,10 @@ def _validator_state(number: float | None) -> QValidator.State:
 
 
 def _parse_box_text(box: SpinBox | DoubleSpinBox, text: str) -> float | None:
-    """Return the number in the text of a field, or None if it is invalid or out of range."""
+    """Return the number in the text of a field, or None if it is invalid or out of range.
+
+    The special text of the field results in its minimum.
+    """
     special_text, format_number = box.specialValueText(), _number_text(box, text)
     if special_text and special_text in (text, format_number):
         return box.minimum()
@@ -309,7 +312,10 @@ class HintLabel(ElidedLabel):
     """Label that shows the first clauses that fit; the tooltip contains the full text."""
 
     def shorten(self, line: str, width_px: int) -> str:
-        """Return the longest beginning of a line that fits and ends with a complete clause."""
+        """Return the longest beginning of a line that fits and ends with a complete clause.
+
+        If the first clause does not fit, the line is elided.
+        """
         metrics = self.fontMetrics()
         ends = [match.start() for match in re.finditer(r"[.;,] ", line)]
         for candidate in (line, *(f"{line[:end]}." for end in reversed(ends))):
@@ -382,7 +388,7 @@ class LazyScrollArea(PanelScrollArea):
 
 
 class _Placeholder(QWidget):
-    """Widget that a panel replaces.
+    """Placeholder of a panel that has not been created yet.
 
     It covers the scroll area, which Qt therefore never paints. Only the placeholder is notified
     when it becomes visible, for example when its tab is clicked.
@@ -412,7 +418,7 @@ def lay_out_now(widget: QWidget) -> None:
 
 
 class CompactTable(QTableWidget):
-    """Table whose size hint is its minimum height, so that widgets below it stay visible."""
+    """Table that prefers its minimum height, so that widgets below it stay visible."""
 
     def sizeHint(self) -> QSize:  # noqa: N802
         return QSize(super().sizeHint().width(), self.minimumHeight())
@@ -479,7 +485,7 @@ def icon_button(icon: str, text: str) -> QToolButton:
 
 
 class FoldButton(QToolButton):
-    """Button with an arrow that unfolds a part of a panel while it is checked."""
+    """Button that unfolds a part of a panel, and is never drawn as checked."""
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
         option = QStyleOptionToolButton()
@@ -490,7 +496,7 @@ class FoldButton(QToolButton):
 
 
 def fold_button(name: str, text: str = "") -> QToolButton:
-    """Create a button with an arrow that unfolds a part of a panel while it is checked.
+    """Create a button that unfolds a part of a panel while checked; an arrow shows this.
 
     Parameters
     ----------

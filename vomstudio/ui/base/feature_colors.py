@@ -33,7 +33,8 @@ _LIGHTNESS, _SATURATION = 0.52, 0.8
 def set_colors(records: RecordMap) -> dict[tuple[str, str], str]:
     """Return the colour of each set, keyed by type ID and set name.
 
-    The order is that of the feature types.
+    Sets are ordered by feature type, then by name. Colours are repeated if there are more sets than
+    colours.
 
     Parameters
     ----------
@@ -119,7 +120,7 @@ def feature_color(studio: Studio, feature: Feature, measurement: Measurement) ->
 def legend(studio: Studio) -> tuple[str, list[ColorEntry]]:
     """Return the title and rows of the legend.
 
-    The legend is empty if features are coloured by type, because the types and their colours
+    The list of rows is empty if features are coloured by type, because the types and their colours
     are listed in the tree and beside the net.
 
     Parameters

@@ -113,7 +113,7 @@ def _has_keyboard_focus(option: QStyleOption) -> bool:
 
 
 def _draw_handle(option: QStyleOption, painter: QPainter) -> None:
-    """Draw a line along the longer side of a handle."""
+    """Draw a line through the centre of a handle, parallel to its longer side."""
     rect = QRectF(option.rect)
     centre = rect.center()
     line = (
@@ -125,7 +125,7 @@ def _draw_handle(option: QStyleOption, painter: QPainter) -> None:
 
 
 def _draw_button(option: QStyleOption, painter: QPainter, is_default: bool) -> None:
-    """Draw a button; the default button, which Enter presses, has the accent colour."""
+    """Draw a button; the frame of the default button has the highlight colour."""
     state = option.state
     highlight_share = 0.0
     if state & (_State.State_Sunken | _State.State_On):

@@ -30,7 +30,7 @@ def set_help_topic(widget: QWidget, topic: HelpTopic | TopicFinder) -> None:
 
 
 def current_help_topic() -> HelpTopic | None:
-    """Return the topic of the widget under the cursor, or else of the focus widget."""
+    """Return the topic of the widget under the cursor, else of the focus widget, or None."""
     position = QCursor.pos()
     widget = QApplication.widgetAt(position)
     topic = None if widget is None else find_help_topic(widget, position)
@@ -43,7 +43,7 @@ def current_help_topic() -> HelpTopic | None:
 
 
 def find_help_topic(widget: QWidget, position: QPoint) -> HelpTopic | None:
-    """Return the topic of a widget or of its nearest ancestor that has one.
+    """Return the topic of a widget or of its nearest ancestor with a topic, or None.
 
     Parameters
     ----------

@@ -34,7 +34,10 @@ __all__ = [
 
 
 def orientation_text(measurement: Measurement, notation: str) -> str:
-    """Return the attitude of a feature with its 95 % error, or a summary for other kinds."""
+    """Return the attitude of a feature with its 95 % error, or a summary for other kinds.
+
+    The text is a dash if the feature has neither.
+    """
     if measurement.plane is not None or measurement.line is not None:
         return measurement.attitude(notation)
     feature_kind = find_kind(measurement.kind)
@@ -77,14 +80,14 @@ def extent_points(measurement: Measurement) -> FloatArray:
 
 
 def gigabytes_text(size_bytes: float) -> str:
-    """Return a number of bytes as gigabytes with two significant digits."""
+    """Return a number of bytes in gigabytes, with one decimal below 10 GB."""
     value = size_bytes / 1e9
     return f"{value:.1f} GB" if value < 9.95 else f"{value:.0f} GB"
 
 
 @lru_cache(maxsize=100_000)
 def natural_sort_key(name: str) -> tuple[tuple[int, int, str], ...]:
-    """Return a key that sorts names by the numbers in them, such as B2 before B10."""
+    """Return a key that sorts names by the numbers in them, so that B2 precedes B10."""
     return tuple(
         (0, len(part.lstrip("0")), part.lstrip("0"))
         if part.isdecimal()

@@ -55,7 +55,8 @@ def parse_quantity(text: str, unit: str) -> float | None:
     Returns
     -------
     float or None
-        The number in `unit`; None if the text is not a number with such a unit.
+        The number in `unit`; None if the text is not a number, or has a unit that cannot be
+        converted.
     """
     match = _QUANTITY_PATTERN.fullmatch(text.strip())
     if match is None or not unit:
@@ -69,13 +70,13 @@ def parse_quantity(text: str, unit: str) -> float | None:
 
 
 def is_partial_quantity(text: str, unit: str) -> bool:
-    """Return whether text is a number and the beginning of another unit of length.
+    """Return whether text is a number followed by the beginning of a unit of length.
 
     Parameters
     ----------
     text : str
     unit : str
-        Unit of the field.
+        Unit of the field. The result is False if this is not a unit of length.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Non-modal dialogs, of which at most one per kind and key is open."""
+"""Non-modal dialogs, at most one of each kind and key."""
 
 from __future__ import annotations
 
@@ -33,7 +33,9 @@ class OpenDialogs:
 
         Parameters
         ----------
-        key : hashable
+        dialog_class : type
+            Class of the dialog.
+        key : hashable, optional
             Distinguishes dialogs of the same kind, for example by the object that they show.
         """
         dialog = self._find_dialog(dialog_class, key)

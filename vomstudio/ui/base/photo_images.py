@@ -83,7 +83,7 @@ class PhotoImages(QObject):
         Emitted with the path and a `PhotoPyramid` (for a large photo, first a downsampled one)
         or the text of an error.
     thumbnail_loaded : Signal
-        Emitted with the path and an upright `QImage`.
+        Emitted with the path and an upright `QImage`, which is null if the photo cannot be read.
     """
 
     picture_loaded = Signal(str, object)

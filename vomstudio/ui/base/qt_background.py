@@ -36,10 +36,12 @@ class QtBackground(Background):
 
 
 class LatestRequestRunner:
-    """Runs one function at a time and delivers only the result of the newest request.
+    """Runner of one function at a time that delivers only the newest result.
 
     Parameters
     ----------
+    owner : QObject
+        Object whose deletion by Qt stops the runner.
     finished_callback, fail : callable
         Called with the result or the error.
     slow_callback : callable

@@ -52,7 +52,7 @@ class QtTimer:
 
 
 class QtOwner(QObject):
-    """Implements `post` and `later` of `studio.owner_thread` with Qt."""
+    """Implementation of the interfaces of `studio.owner_thread` with Qt's event loop."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)

@@ -1,7 +1,7 @@
 """Short reasons for a verdict, and the command that acts on each of them.
 
 The full sentence of a reason is in the catalogue of findings; this table is for the inspector,
-where a reason takes one line.
+which shows a reason in one line.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def short_reason(reason: Finding) -> str:
 
 
 def remedy_command(reason: Finding) -> str:
-    """Return the name of the command that resolves a reason, or "" if missing.
+    """Return the name of the command that resolves a reason, or "" if no command does.
 
     Parameters
     ----------

@@ -146,8 +146,9 @@ def rank(
     """Return the entries that contain all words of a query, best match first.
 
     A title or synonym that equals the query ranks highest. Otherwise titles rank above synonyms and
-    descriptions, and whole words above prefixes above parts of words. Ties are broken by recent
-    use, then by the order of the entries; a query without words returns all entries.
+    descriptions, and whole words above prefixes above parts of words. Equal matches are
+    sorted by the number of words in the title, recent use and the order of the entries. A query
+    without words returns all entries.
     """
     words = _words(query)
     scored_entries = []

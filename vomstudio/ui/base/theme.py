@@ -142,7 +142,7 @@ def paper_palette() -> QPalette:
 
 
 def toggle_style_sheet() -> str:
-    """Return a style sheet that highlights checked buttons in both colour schemes.
+    """Return a style sheet that highlights checked buttons in the current colour scheme.
 
     Checked buttons have a blue fill and frame (Okabe-Ito); texts and icons keep their contrast.
     """
@@ -167,7 +167,7 @@ _TOGGLE_STYLERS: WeakSet[_ToggleStyler] = WeakSet()
 
 
 class _ToggleStyler(QObject):
-    """Keeps the style sheet of a widget consistent with the theme."""
+    """Object that keeps the style sheet of a widget consistent with the theme."""
 
     def __init__(self, widget: QWidget) -> None:
         super().__init__(widget)
@@ -185,7 +185,7 @@ class _ToggleStyler(QObject):
 
 
 def highlight_toggles(widget: QWidget) -> None:
-    """Highlight the checked buttons of a button or bar in every theme.
+    """Highlight a button, or the buttons of a bar, while checked, in every theme.
 
     A style sheet of the whole window would slow down every panel.
     """
@@ -254,7 +254,7 @@ def icon(name: str) -> QIcon:
 
 
 def verdict_icon(verdict: str | None) -> QIcon:
-    """Return a green circle, amber triangle or red square; empty if there is no verdict."""
+    """Return a green circle, amber triangle or red square; the icon of None is empty."""
 
     def draw(painter: QPainter) -> None:
         if verdict is not None:
@@ -350,7 +350,7 @@ COLORS: tuple[tuple[str, str], ...] = (
 
 
 def _create_icon(key: str, draw: Callable[[QPainter], None]) -> QIcon:
-    """Return a cached icon, because tables request their icons at every repaint."""
+    """Draw an icon once and cache it, because tables request their icons at every repaint."""
     pixmap = QPixmap()
     if not QPixmapCache.find(f"vomstudio {key}", pixmap):
         pixmap = QPixmap(QSize(32, 32))

@@ -26,7 +26,7 @@ def available_area(window: QWidget) -> QRect:
 
 
 def fit_height_to_text(window: QWidget) -> None:
-    """Set the height of a window to that required by its texts at its width.
+    """Increase the height of a window to that required by its texts at its width.
 
     Qt requests less height for wrapped text, and squeezes the widgets below it.
     """
@@ -48,7 +48,7 @@ def _expected_size(window: QWidget) -> QSize:
 
 
 def _polish(widget: QWidget) -> None:
-    """Apply the style, on which sizes depend, before Qt does so on showing the widget."""
+    """Apply the style now, because sizes depend on it; Qt applies it on showing a widget."""
     widget.ensurePolished()
     for child in widget.children():
         if isinstance(child, QWidget):
@@ -84,7 +84,7 @@ class _GrowthFilter(QObject):
 
 
 def _fit_height(dialog: QDialog) -> None:
-    """Set the height of a dialog to that of its contents, or let it scroll."""
+    """Increase the height of a dialog to that of its contents, or let them scroll."""
     layout, area = dialog.layout(), available_area(dialog)
     if layout is None:
         return
@@ -125,7 +125,7 @@ def _needed_height(dialog: QDialog, layout: QLayout) -> int:
 
 
 def _take_button_box(layout: QLayout) -> QDialogButtonBox | None:
-    """Remove the button box at the end of a layout and return it."""
+    """Remove the button box at the end of a layout and return it, or None if missing."""
     item = layout.itemAt(layout.count() - 1)
     button_box = None if item is None else item.widget()
     if not isinstance(layout, QVBoxLayout) or not isinstance(button_box, QDialogButtonBox):

@@ -61,7 +61,7 @@ def _compact(studio: Studio, parent: QWidget) -> None:
 
 
 def compaction_text(plan: CompactionPlan) -> str:
-    """Describe what a compaction removes and what it keeps, for the confirmation question."""
+    """Describe what a compaction removes and its consequences, for a question to the user."""
     sentences = [
         tr(
             "{rows} of {total} journal rows contain edits that were undone and then replaced.",

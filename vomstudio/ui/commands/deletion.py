@@ -39,7 +39,7 @@ def delete_selected(studio: Studio) -> None:
     """Delete the selected features, except rows hidden in the focused list.
 
     If no filtered list has the focus, all selected features are deleted, and the number of those
-    that no list shows is reported.
+    that a filter hides is reported.
     """
     ids = selected_features(studio)
     find_hidden_ids = focused_filter(studio)

@@ -138,7 +138,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
 
 
 def choose_field(studio: Studio, docks: Docks) -> None:
-    """Show the display panel and a scalar field of each model, by default the first field."""
+    """Show the display panel, and colour each model by its selected or default field."""
     state = studio.display
     for model_id, open_model in studio.models.items():
         if model_id not in state.styles:
@@ -149,7 +149,7 @@ def choose_field(studio: Studio, docks: Docks) -> None:
 
 
 def toggle_clipping_box(studio: Studio, view: OutcropView, docks: Docks) -> None:
-    """Switch the clipping box on or off, first fitting an empty box to the models."""
+    """Switch the clipping box on or off; a box without contents is first fitted."""
     state = studio.display
     if state.clipping:
         state.set_clip(state.box, False)
@@ -162,7 +162,7 @@ def toggle_clipping_box(studio: Studio, view: OutcropView, docks: Docks) -> None
 
 
 def fit_clipping_box(studio: Studio, view: OutcropView) -> None:
-    """Fit the clipping box to all visible models."""
+    """Fit the clipping box to all visible models, and switch it on."""
     box = view.models_box()
     if box is not None:
         studio.display.set_clip(box, True)

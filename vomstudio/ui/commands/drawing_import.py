@@ -50,7 +50,7 @@ class DrawingImport(QObject):
         return missing_model_finding(self._studio)
 
     def choose_file(self) -> None:
-        """Ask for a drawing, and for the sidecar file of the picture if it is elsewhere."""
+        """Ask for a drawing, and for the sidecar of its orthophoto unless exactly one fits."""
         name, _ = QFileDialog.getOpenFileName(
             self._parent,
             tr("Import drawn lines"),
@@ -130,7 +130,10 @@ class DrawingImport(QObject):
             self._report_error(event.to_error())
 
     def _find_model(self, content_hash: str) -> Model | None:
-        """Return the open model that the picture shows, otherwise the current model."""
+        """Return the open model that the picture shows, otherwise another open model.
+
+        The current model is preferred. Return None if no model is open.
+        """
         studio = self._studio
         preferred_model = current_model(studio)
         models = sorted(studio.session.of(Model), key=lambda m: m is not preferred_model)

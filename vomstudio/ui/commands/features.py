@@ -147,7 +147,7 @@ def commands(studio: Studio, open_types_dialog: Callable[[], object]) -> list[Co
 def open_types_dialog(
     parent: QWidget, studio: Studio, dialogs: OpenDialogs, type_id: str = ""
 ) -> TypesDialog:
-    """Open the dialog of feature types beside the window, so that changes are visible."""
+    """Open the non-modal dialog of feature types, and select the type `type_id`, if given."""
     from vomstudio.ui.dialogs.feature_types_dialog import TypesDialog
 
     dialog = dialogs.find_visible(TypesDialog)

@@ -25,7 +25,7 @@ from vomstudio.ui.widgets.figure_file import choose_figure_file
 
 
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
-    """Create the commands that draw the figure of plane shapes and copy the fits."""
+    """Create the commands that draw the figure of plane shapes and copy the fit command."""
 
     def disabled_reason() -> Finding | None:
         # The search stops at the first plane, since it runs after every edit on thousands of
@@ -93,7 +93,7 @@ def write_figure(studio: Studio, path: Path) -> None:
 
 
 def copy_fit(studio: Studio, parent: QWidget) -> None:
-    """Save the points as a table and copy the command that fits their planes."""
+    """Save the points of planes as a table, and copy the command that fits the planes."""
     planes = planes_to_fit(studio)
     measurements = studio.measured(f.id for f in planes)
     methods = {getattr(f, "method", "pca") for f in planes}

@@ -279,7 +279,7 @@ class Files(QObject):
         return Finding("action.nothing-exported") if self._last_export is None else None
 
     def copy_export_command(self) -> None:
-        """Copy the command that repeats the last export to the clipboard."""
+        """Copy to the clipboard the command that repeats the last export."""
         if self._last_export is not None:
             format_, path = self._last_export
             folder = self._studio.project.folder
@@ -289,7 +289,7 @@ class Files(QObject):
             copy_command(self._studio, [*arguments, ("-o", path), "--force"])
 
     def export_model(self) -> None:
-        """Start a job that exports the current model in the World frame."""
+        """Ask for a file and start a job that exports the current model in the World frame."""
         from vomstudio.io.models.writing import find_writers
 
         model = current_model(self._studio)
@@ -347,7 +347,10 @@ class Files(QObject):
         return True
 
     def ask_to_save(self) -> bool:
-        """Offer to save before the project is closed; return False if the user cancels."""
+        """Offer to save before the project is closed, and return whether it may be closed.
+
+        This is not the case if the user cancels, or if the project could not be saved.
+        """
         studio = self._studio
         if studio.has_work_to_save:
             box = QMessageBox(self._parent)

@@ -31,7 +31,7 @@ def commands(
     """Create the commands for the results of a reconstruction."""
 
     def find_results() -> Path | None:
-        """Return the reconstruction folder of the Photos panel, or else of an open model."""
+        """Return the reconstruction folder of the Photos panel, else of an open model, or None."""
         output_folder = survey.output_folder()
         if output_folder is not None and is_aligned(output_folder):
             return output_folder

@@ -118,7 +118,7 @@ def commands(
 
 
 class SurveyDialogs:
-    """Opens the dialogs for photos; the window fills `actions` later."""
+    """Dialogs for photos, opened on request; the window fills `actions` later."""
 
     def __init__(
         self,

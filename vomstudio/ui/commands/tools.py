@@ -33,7 +33,7 @@ class _OpenFeature:
 
     @property
     def tool(self) -> PolylineTool[Any] | None:
-        """Tool with the open feature, or None if that tool does not pick vertices."""
+        """Polyline tool that has the open feature, or None."""
         tool = self._studio.open_tool
         return tool if isinstance(tool, PolylineTool) else None
 
@@ -74,7 +74,13 @@ class _OpenFeature:
         return None
 
     def _find_editable_feature(self) -> tuple[str, str] | None:
-        """Return the id and tool of the most recently selected feature that a tool can change."""
+        """Return the feature that was selected last among those that a tool can change.
+
+        Returns
+        -------
+        tuple of (str, str) or None
+            Id of the feature and name of the tool, or None if no such feature is selected.
+        """
         studio = self._studio
         for id_ in reversed(studio.selection.ids):
             for name, tool in studio.tools.items():
@@ -111,7 +117,7 @@ class _OpenFeature:
 
 
 class _ContactFollowing:
-    """Contact following with the active tool, or with the trace tool if that cannot follow."""
+    """Contact following with the active tool, or else with the trace tool."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio

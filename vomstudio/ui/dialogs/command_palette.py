@@ -83,7 +83,7 @@ class CommandPalette(QDialog):
 
     @property
     def selected_command(self) -> str | None:
-        """Key of the selected entry, or None if it cannot be run now."""
+        """Key of the selected entry, or None if no entry is selected or it cannot run now."""
         item = self._list.currentItem()
         key = None if item is None else str(item.data(Qt.ItemDataRole.UserRole))
         return None if key is None or self._disabled_reason(key) else key

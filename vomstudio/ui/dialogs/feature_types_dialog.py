@@ -232,7 +232,10 @@ class TypesDialog(QDialog):
             self._show_selected_type()
 
     def _add(self) -> None:
-        """Offer the missing default types, and a custom type."""
+        """Offer the missing default types and a custom type.
+
+        If no default type is missing, add a custom type.
+        """
         present_ids = {feature_type.id for feature_type in self._studio.session.of(FeatureType)}
         missing_types = [
             feature_type for feature_type in DEFAULT_TYPES if feature_type.id not in present_ids
@@ -271,7 +274,10 @@ class TypesDialog(QDialog):
 
 
 def create_custom_type(studio: Studio) -> FeatureType:
-    """Create a custom type with an unused name and an unused colour and symbol."""
+    """Create a custom type with an unused name and the least used colour.
+
+    Its symbol is not used with this colour yet, or is a circle if all symbols are used.
+    """
     feature_types = studio.session.of(FeatureType)
     names = {feature_type.name.casefold() for feature_type in feature_types}
     name = next(n for i in range(1, 1000) if (n := f"Type {i}").casefold() not in names)

@@ -88,7 +88,7 @@ class FigureStyleDialog(QDialog):
         self._timer.start()
 
     def _create_color_buttons(self) -> QWidget:
-        """Create a button for each colour on the net."""
+        """Create a button for each colour on the net, but at most `_MAX_COLORS` buttons."""
         row = QWidget()
         layout = QHBoxLayout(row)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -117,7 +117,7 @@ class FigureStyleDialog(QDialog):
             self.recolor(color, selection.name())
 
     def recolor(self, color: str, new_color: str) -> None:
-        """Replace one colour by another for all elements of the net."""
+        """Replace one colour of the net by another in all figures."""
         style = load_figure_style(self._studio)
         colors = {k: v for k, v in style.colors.items() if k != color}
         if new_color.casefold() != color.casefold():

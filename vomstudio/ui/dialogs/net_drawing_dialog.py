@@ -139,7 +139,7 @@ class NetDrawingDialog(QDialog):
             self.fields["untilt"].setText(plane)
 
     def _selected_plane_text(self) -> str:
-        """Return the plane of the current feature as text in the notation of the field."""
+        """Return the plane of the current feature in the notation of the field, or ""."""
         current_id = self._studio.selection.current
         if current_id is None:
             return ""

@@ -188,7 +188,10 @@ class OrthoDialog(QDialog):
         return record
 
     def _view_corners(self) -> np.ndarray:
-        """Return the model corners (8, 3) along the right, down and depth axes of the picture."""
+        """Return the corners (8, 3) of the model's bounding box in the frame of the picture.
+
+        The axes point right, down and along the view, from the centre of the visible region.
+        """
         model = self._selected_model()
         minimum, maximum = self._studio.models[model.id].data.bounds
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
@@ -199,7 +202,7 @@ class OrthoDialog(QDialog):
         return view.frame.to_view(corners, np.asarray(self._visible_region.centre))
 
     def _picture_extent(self) -> tuple[float, float]:
-        """Return the maximum width and height of the area in metres."""
+        """Return the maximum width and height of the area, in units of the World frame."""
         corners = self._view_corners()
         minimum, maximum = corners.min(axis=0), corners.max(axis=0)
         if self.visible_area.isChecked():
@@ -276,7 +279,7 @@ class OrthoDialog(QDialog):
             self.target.setText(str(path))
 
     def copy_command(self) -> None:
-        """Copy the command that creates the same orthophoto to the clipboard."""
+        """Copy to the clipboard the command that creates the same orthophoto."""
         model_arguments = find_model_arguments(self._studio, self._selected_model())
         gsd = parse_number(self.gsd.text())
         if model_arguments is None or gsd is None:

@@ -126,7 +126,7 @@ class ProfileDialog(QDialog):
         self._show_project_profile()
 
     def _handle_edit(self, *_: object) -> None:
-        """Show another profile after an edit, but keep entered limits if only features change."""
+        """Show the project's profile if an edit changed it; otherwise keep the entered limits."""
         if not self.isVisible():
             return
         if (
@@ -182,7 +182,10 @@ class ProfileDialog(QDialog):
         return replace(limits, profile=self.name.text().strip())
 
     def _show_effect(self) -> None:
-        """Show the numbers of verdicts with the present and the entered limits."""
+        """Show the numbers of verdicts with the present and the entered limits.
+
+        Nothing is shown if the project has more than `_MAX_PREVIEW_FEATURES` features.
+        """
         limits, records = self.limits(), self._studio.records
         is_unchanged = limits == self._current_limits
         set_enabled(self.apply_button, Finding("edit.no-change") if is_unchanged else None)

@@ -245,7 +245,7 @@ class ReadingsDialog(QDialog):
 
     # --- table -----------------------------------------------------------------------------------
     def _assign_role(self, column: int) -> None:
-        """Assign a role to the column that was selected last, and to no other column."""
+        """Assign the role that was selected for a column, and remove it from all other columns."""
         role = self._role_boxes[column].currentData()
         for other_column, combo in enumerate(self._role_boxes):
             if role and other_column != column and combo.currentData() == role:

@@ -26,7 +26,7 @@ MatrixRows = tuple[tuple[float, ...], ...]
 
 
 class CameraView(QObject):
-    """Draws the cameras of the visible models.
+    """Drawing of the cameras of the visible models.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class CameraView(QObject):
         return None
 
     def folder(self) -> Path | None:
-        """Return the folder of the camera file of an open model, or None if it has no such file."""
+        """Return the folder of an open model's camera file, or None if no such file is loaded."""
         for model_id in self._studio.models:
             path = self._files.get(model_id)
             if path in self._frusta:
@@ -128,7 +128,7 @@ class CameraView(QObject):
         return list(dict.fromkeys(files))
 
     def _reload_cameras(self, model_id: str) -> None:
-        """Load a camera file that the user selected outside the folder of the model."""
+        """Load the cameras of a model again if another camera file has been selected."""
         if self._links.cameras_path(model_id) != self._files.get(model_id):
             self._load_cameras(model_id)
 
@@ -151,7 +151,7 @@ class CameraView(QObject):
             self._cameras.show(self.visible_frusta())
 
     def highlight_cameras(self, names: set[str]) -> None:
-        """Highlight the cameras of these photos."""
+        """Highlight the cameras of the photos with the given names."""
         if self._cameras is not None:
             self._cameras.select(names)
 

@@ -34,7 +34,8 @@ class FeatureMenus(Protocol):
 class OutcropMenu(QObject):
     """Menu that opens on a right click or with the menu key.
 
-    While a feature is open, the menu finishes it; otherwise, the menu starts one at the cursor.
+    While a feature is open, the menu contains the commands that finish it. Otherwise, it contains
+    the commands of the feature at the cursor, and commands that begin a feature there.
     """
 
     def __init__(
@@ -57,7 +58,7 @@ class OutcropMenu(QObject):
             self._actions["edit_feature"].trigger()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
-        """Open the menu at the cursor for the menu key."""
+        """Open the menu at the cursor, or else at the centre, when the menu key is pressed."""
         keyboard_reason = QContextMenuEvent.Reason.Keyboard
         if not isinstance(event, QContextMenuEvent) or event.reason() != keyboard_reason:
             return False

@@ -42,7 +42,7 @@ _READING_HELP_TOPIC = "numbers.md#the-live-reading"
 
 
 class OutcropView(QObject):
-    """Connects the viewport with the studio.
+    """Connection of the viewport with the studio.
 
     The window is created before its viewport. Methods have no effect before `attach_viewport`.
     """
@@ -178,7 +178,7 @@ class OutcropView(QObject):
             self.viewport.moves.set_standard_view(name)
 
     def set_label_mode(self, mode: str) -> None:
-        """Set which features are labelled: all, only selected ones, or none."""
+        """Set which features are labelled: "auto", "all", "selected" or "none"."""
         if self.viewport is not None:
             self.viewport.set_label_mode(mode)
 
@@ -205,7 +205,7 @@ class OutcropView(QObject):
         return None if self._presenter is None else self._presenter.models_box()
 
     def has_content_in_clip_box(self) -> bool:
-        """Return whether the clipping box intersects the visible models."""
+        """Return whether the clipping box intersects the bounding box of the visible models."""
         box, bounds = self._studio.display.box, self.models_box()
         return box is not None and bounds is not None and box.intersects_box(bounds)
 
@@ -216,7 +216,7 @@ class OutcropView(QObject):
 
     # --- tools -------------------------------------------------------------------------------
     def apply_tool(self, tool: str) -> None:
-        """Set the cursor and the mouse buttons for a tool."""
+        """Set the cursor, the mouse buttons and the keys for a tool."""
         if self.viewport is not None:
             active_tool = self._studio.tools.get(tool)
             arrow_cursor, cross_cursor = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor

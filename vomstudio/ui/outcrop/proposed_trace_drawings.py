@@ -52,7 +52,7 @@ class LineDrawings:
 
 
 class ProposedTraceDrawings(LineDrawings):
-    """Drawings of the proposed traces."""
+    """Drawings of the undecided proposed traces."""
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
         super().__init__(studio, viewport)
@@ -81,7 +81,7 @@ def line_area(lines: Sequence[FloatArray]) -> Area | None:
 
 
 def piece_area(pieces: FloatArray) -> Area | None:
-    """Return World segments (k, 2, 3) as an area for drawing, or None if there are none."""
+    """Return World segments (k, 2, 3) as an area for drawing, or None for no segments."""
     if not len(pieces):
         return None
     origin = np.floor(pieces[0, 0])

@@ -71,7 +71,7 @@ class FeatureView(Protocol):
 
 
 class ScenePresenter:
-    """Keeps the models, features and previews in the viewport consistent with the studio."""
+    """Presenter that keeps models, features and previews consistent with the studio."""
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
         self._studio = studio
@@ -120,9 +120,9 @@ class ScenePresenter:
         self._update_frame()
 
     def _restore_camera(self) -> bool:
-        """Restore the saved camera of a project.
+        """Restore the saved camera of a project, and return whether this was possible.
 
-        Without a saved camera, frame the features, which exist even if the model is missing.
+        Otherwise, frame the features, which exist even if the model is missing.
         """
         camera = self._studio.project.journal.view("camera")
         try:
@@ -266,7 +266,7 @@ class ScenePresenter:
         return transform.apply(model.to_world, np.array(list(product(*bounds.T))))
 
     def _warn_if_far(self, model_id: str) -> None:
-        """Show a newly opened model, and warn if it is far from the other models."""
+        """Warn if a newly opened model is far from the other models, and show it."""
         other_ids = [i for i in self._drawn_model_ids if i != model_id and i in self._studio.models]
         if model_id not in self._drawn_model_ids or not other_ids:
             return
@@ -366,7 +366,7 @@ class ScenePresenter:
         self._drawing_work.start(self._draw_in_steps(ids))
 
     def _draw(self, ids: Iterable[str]) -> None:
-        """Draw these features and the pending ones."""
+        """Finish the pending drawings, then draw the features with the given ids."""
         self._drawing_work.finish()
         self._change(self._create_drawings(list(ids)))
 
@@ -460,7 +460,7 @@ class ScenePresenter:
         )
 
     def _patch_at(self, view: FeatureView, x: float, y: float) -> str | None:
-        """Return the smallest visible patch or outlined area under a pixel."""
+        """Return the id of the smallest visible patch or area at a pixel, or None."""
         return self._find_patch(view, view.pick(x, y))
 
     def _find_patch(self, view: FeatureView, hit: Hit | None) -> str | None:
@@ -570,7 +570,7 @@ def _central_vertex(area: Area) -> FloatArray:
 
 
 def _count_painted(records: Mapping[str, Record], ids: Iterable[str]) -> int:
-    """Count the faces or points of the painted pieces among these records."""
+    """Count the faces or points of the painted features with the given ids."""
     return sum(r.n for id_ in ids if (r := get(records, id_, PaintedFeature)) is not None)
 
 
@@ -601,7 +601,7 @@ def feature_symbol(
     position: FloatArray | None,
     extent: float,
 ) -> Symbol | None:
-    """Return the map symbol of a plane or line, or None if it has no position."""
+    """Return the map symbol of a plane or line, or None if attitude or position is missing."""
     if position is None:
         return None
     if measurement.plane is not None:

@@ -59,7 +59,7 @@ class SurfacePieces:
         self._cache.pop(id_, None)
 
     def painted_area(self, patch: PaintedFeature) -> Area | None:
-        """Return the area of a painted patch of an open model."""
+        """Return the area of a patch, or None if it is empty or its model is not open."""
         open_model = self._find_open_model(patch.model_id)
         if open_model is None:
             return None
@@ -75,7 +75,8 @@ class SurfacePieces:
     def outlined_area(self, feature: PickedFeature) -> Area | None:
         """Return the area that the outline of a feature encloses.
 
-        The area is computed in a worker thread; until it is available, None is returned.
+        The area is computed in a worker thread. None is returned until it is available, and if the
+        model is not open.
         """
         open_model = self._find_open_model(feature.model_id)
         if open_model is None:
@@ -93,7 +94,7 @@ class SurfacePieces:
         return cached_area.area
 
     def find_enclosing(self, point: FloatArray) -> list[str]:
-        """Return the ids of features whose computed area contains a World point."""
+        """Return the ids of outlined features whose computed area contains a World point."""
         return [
             id_
             for id_, cached_area in self._cache.items()

@@ -53,7 +53,7 @@ class _View:
 
 
 class ViewHistory(QObject):
-    """History that records a view after half a second without changes, or before going back.
+    """History that records a view after half a second without changes, or when it is used.
 
     A drag is therefore one step.
     """

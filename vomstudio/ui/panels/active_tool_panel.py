@@ -17,13 +17,13 @@ Panel = TypeVar("Panel", bound=QWidget)
 
 
 class ActiveToolPanel(QStackedWidget):
-    """Stack that shows the panel of the active tool, or of the tool with an open feature.
+    """Stack that shows the panel of the active tool or of the unfinished feature.
 
-    If there is neither, a hint is shown. The size does not depend on the tool.
+    If neither exists, it shows a hint. Its initial width fits the widest panel.
     """
 
     def __init__(self, studio: Studio, panels: Mapping[str, QWidget]) -> None:
-        """Add the panels, given by tool name."""
+        """Add the panels of the tools; the keys of `panels` are tool names."""
         super().__init__()
         self._studio, self.panels = studio, dict(panels)
         self._empty_page = QWidget()
@@ -47,7 +47,7 @@ class ActiveToolPanel(QStackedWidget):
         studio.project_opened.connect(self.refresh)
 
     def set_title_callback(self, callback: Callable[[str], None]) -> None:
-        """Set the function that receives the dock title whenever it changes."""
+        """Set the function that is called with the dock title at every refresh."""
         self._show_title = callback
         self.refresh()
 
@@ -62,7 +62,7 @@ class ActiveToolPanel(QStackedWidget):
         return box if box is not None and box.isEnabled() else None
 
     def refresh(self, *_: object) -> None:
-        """Show the panel of the current tool."""
+        """Show the panel of the active tool or of the unfinished feature, or the hint."""
         name = self._studio.tool_name
         if name not in self.panels:
             open_tool = self._studio.open_tool

@@ -46,7 +46,7 @@ class LazyPanel(QWidget):
         self._timer.timeout.connect(self.refresh)
 
     def update_widgets(self) -> None:
-        """Update all widgets of the panel. Called only while it is visible."""
+        """Update all widgets of the panel; `refresh` calls it only if the panel is visible."""
         raise NotImplementedError
 
     def refresh(self) -> None:
@@ -108,7 +108,7 @@ class AnalysisPanel(LazyPanel, Generic[Request, Result]):
         connect_until_deleted(self, studio.jobs.closed, self._close)
 
     def update_widgets(self) -> None:
-        """Compute the result for the current form, or show why this is not possible."""
+        """Request the result for the current form, or show why it cannot be computed."""
         if not self._studio.has_project:
             return
         self._list_choices()
@@ -125,7 +125,10 @@ class AnalysisPanel(LazyPanel, Generic[Request, Result]):
         """Update the lists of the form with the records of the project."""
 
     def _create_request(self) -> Request:
-        """Return the input defined by the form. Raises VomError if an input is missing."""
+        """Return the input defined by the form.
+
+        Raises VomError if an input is missing or invalid.
+        """
         raise NotImplementedError
 
     def _compute_result(self, request: Request) -> Result:
@@ -152,7 +155,7 @@ class AnalysisPanel(LazyPanel, Generic[Request, Result]):
         """Draw the current result."""
 
     def _refresh(self) -> None:
-        """Enable the buttons that need a result, and disable the others."""
+        """Enable or disable the buttons of the panel."""
 
     # --- files -------------------------------------------------------------------------------
     def _ask_for_file(self, title: str, name: str, formats: Mapping[str, str]) -> None:

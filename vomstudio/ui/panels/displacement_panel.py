@@ -257,7 +257,20 @@ class DisplacementPanel(AnalysisPanel[DisplacementRequest, DisplacementResult]):
         return [f"{k}: {name(a)} / {name(b)}" for k, (a, b) in enumerate(self.pairs, 1)]
 
     def _parse_slip(self, fault: Plane) -> tuple[float | None, Line | None]:
-        """Return the rake of the slip in degrees, and its line if it was typed as a line."""
+        """Parse the typed slip.
+
+        Returns
+        -------
+        float or None
+            Rake in degrees, or None if no slip was typed.
+        Line or None
+            Line of the slip, or None if it was not typed as a line.
+
+        Raises
+        ------
+        InputError
+            If the text is neither a rake from 0 to 180 degrees nor a line.
+        """
         from vomstudio.geology.orientation import compute_rake
 
         text = self.slip.line.text().strip()
@@ -344,7 +357,7 @@ class DisplacementPanel(AnalysisPanel[DisplacementRequest, DisplacementResult]):
 
     # --- command -----------------------------------------------------------------------------
     def copy_command(self) -> None:
-        """Ask for the file of the point table and copy the command to the clipboard."""
+        """Write the point table to a file selected by the user, and copy the command."""
         result = self.result
         if result is not None:
             copy_with_file(
@@ -379,7 +392,15 @@ def _write_points(result: DisplacementResult, path: Path) -> None:
 def _find_bed(
     measured_bed: Measurement | None, traces: Sequence[tuple[Measurement, Measurement]]
 ) -> tuple[Plane, float | None]:
-    """Return the bed and its 95 % error: the selected bed, or a plane common to all traces."""
+    """Return the measured bed, or else a plane common to all traces.
+
+    Returns
+    -------
+    Plane
+        Plane of the bed.
+    float or None
+        95 % error of the plane in degrees, or None if it is unknown.
+    """
     from vomstudio.geology.beds.common_attitude import fit_common_bed
 
     if measured_bed is not None:

@@ -117,7 +117,7 @@ class DisplayPanel(QWidget):
         self.refresh()
 
     def watch(self, viewport: Viewport, models_box: Callable[[], ClipBox | None]) -> None:
-        """Show the field ranges of a viewport.
+        """Connect the panel to the viewport whose field ranges it shows.
 
         Parameters
         ----------
@@ -328,7 +328,7 @@ class DisplayPanel(QWidget):
             self._display.set_clip(box.move_face(axis, side, value))
 
     def _move_problem(self, axis: int, value: float) -> Finding | None:
-        """Return a finding if a face of the clipping box would be far from all models."""
+        """Return why a face of the clipping box cannot be moved to a coordinate, or None."""
         models_box = self._models_box()
         if models_box is None:
             return check_coordinates((value,))

@@ -120,7 +120,7 @@ class JobsPanel(QTableWidget):
 
 
 def _end_text(job: RunningJob) -> str:
-    """Return how and when a job ended."""
+    """Return how a job ended, with the current time of day."""
     current_time = datetime.now()
     if job.outcome == "stopped" and job.is_resumable:
         return tr("Paused at {time:%H:%M}", time=current_time)

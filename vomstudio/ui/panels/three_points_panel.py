@@ -174,7 +174,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         super()._follow_edit(edit)
 
     def _take_feature(self, feature: Feature | None) -> None:
-        """Take the points of a feature and their estimated error."""
+        """Copy the points of a feature and their estimated error; None clears the trace id."""
         if feature is None:
             self.trace_id = ""
             self._schedule_refresh()
@@ -255,7 +255,10 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         self._set_result(None, str(error))
 
     def _numbers(self) -> FloatArray:
-        """Return the points (n, 3) of the rows in the World frame. Raises InputError if invalid."""
+        """Return the points (n, 3) of the rows in the World frame, skipping empty rows.
+
+        Raises InputError if a number is invalid or there are fewer than three points.
+        """
         rows = []
         for i in range(self.table.rowCount()):
             cells = [self.table.item(i, j) for j in range(3)]
@@ -330,7 +333,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
             self._studio.selection.set((reading.id,))
 
     def copy_command(self) -> None:
-        """Ask for the file of the point table and copy the command to the clipboard."""
+        """Write the point table to a file selected by the user, and copy the command."""
         result = self.result
         if result is None:
             return

@@ -20,7 +20,7 @@ class NetPlaceholder(QWidget):
 
 
 class BackgroundImports(QObject):
-    """Imports slow libraries in a thread.
+    """Import of slow libraries in a thread.
 
     `begun` is emitted when the thread starts, `stereonet_imported` when the stereonet can be
     created, and `all_imported` when all libraries have been imported.

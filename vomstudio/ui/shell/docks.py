@@ -37,7 +37,7 @@ class PageHost(Protocol):
         """Take over the widget of a page and show it."""
 
     def release_page(self) -> QWidget | None:
-        """Return the widget of the page to its owner."""
+        """Remove the page and return its widget, or None if the host has no page."""
 
 
 class OverlayHost(PageHost, Protocol):
@@ -97,7 +97,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         Parameters
         ----------
         is_permanent : bool
-            Whether the page stays and follows the project itself.
+            Whether the page is kept when another project is opened.
         """
         area = LazyScrollArea(make)
         if not is_permanent:
@@ -134,7 +134,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
                 title.name_tabs()
 
     def set_hosts(self, center: PageHost, overlay: OverlayHost) -> None:
-        """Set the hosts outside the docks, and move the net to its overlay."""
+        """Set the hosts of pages outside the docks."""
         self._center, self._overlay = center, overlay
 
     def is_shown(self, name: str) -> bool:
@@ -394,7 +394,10 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
 
 class _Watcher(QObject):
-    """Reports changes of docks; visibility at most once per event-loop iteration."""
+    """Watcher that reports changes of docks.
+
+    `changed` is emitted at most once per iteration of the event loop.
+    """
 
     changed = Signal()
     rearranged = Signal()

@@ -13,7 +13,7 @@ MAX_WAIT_MS = 1000
 
 
 class FirstPaint(QObject):
-    """Calls a function once, after the first paint of a window has reached the screen.
+    """Trigger that calls a function once, after the first paint is on the screen.
 
     A window manager shows a window some time after `QWidget.show` has returned. Work that started
     at once would block the event loop, and the window would stay empty until it ends.

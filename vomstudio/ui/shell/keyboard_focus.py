@@ -9,14 +9,14 @@ rules apply to all docks of the window, and to the widgets around an open photo:
 - The cursor or the wheel over the outcrop moves the focus there, unless a text has been changed
   and not yet confirmed. A field loses the focus only after the cursor has moved. Otherwise a field
   that is to be filled in after a click would lose it when a hint closes.
-- A choice in a combo box, and Enter or Esc in a field, return the focus. Esc restores the
-  previous text of the field and has no other effect.
+- A choice in a combo box, and Enter or Esc in a field, return the focus to the outcrop. Esc
+  restores the previous text of the field and has no other effect.
 - A letter that is pressed in a combo box, a list or on a button is passed to the outcrop. Arrow
   keys open a combo box instead of changing its hidden selection.
 - A number field keeps digits, and the letters of a unit after a length ("30 cm"); other letters
   are passed to the outcrop.
 - In an editable table, typed text goes into the current cell; a number cell accepts only numeric
-  characters. Enter in a cell returns the focus.
+  characters. Enter in a cell returns the focus to the outcrop.
 - A widget that is hidden or disabled passes the focus to the outcrop.
 
 Dialogs and other windows, cells that are being edited in a table, and widgets with their own
@@ -67,7 +67,7 @@ _NUMBER_CHARACTERS = "0123456789+-.,eE \N{MINUS SIGN}\N{DEGREE SIGN}"
 
 
 class KeyboardFocus(QObject):
-    """Watches the focus widget of a window, and moves the focus to the outcrop."""
+    """Watcher of the focus widget of a window, which moves the focus to the outcrop."""
 
     def __init__(
         self,
@@ -82,7 +82,7 @@ class KeyboardFocus(QObject):
         window : QMainWindow
         center_widget : callable
             Returns the visible widget in the centre of the window, outcrop or photo.
-        *opened : SignalInstance
+        *opened_signals : SignalInstance
             Signals emitted after data have been opened in the centre, which then gets the focus.
         """
         super().__init__(window)
@@ -120,7 +120,7 @@ class KeyboardFocus(QObject):
             self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _is_editing(self) -> bool:
-        """Return whether the text of the focused field has uncommitted changes."""
+        """Return whether a text field has the focus and may have uncommitted changes."""
         focus_widget = self._window.focusWidget()
         if focus_widget is None or not focus_widget.isVisible():
             return False
@@ -186,7 +186,7 @@ class KeyboardFocus(QObject):
         return confirmed and isinstance(new, QAbstractItemView) and self._is_in_widget(new)
 
     def _is_gone(self, widget: QWidget) -> bool:
-        """Return whether a widget in an open window lost the focus by hiding or disabling."""
+        """Return whether a widget lost the focus because it was deleted, hidden or disabled."""
         if not shiboken6.isValid(widget):
             return True
         is_in_window = self._window.isAncestorOf(widget) and self._is_in_widget(widget)
@@ -227,7 +227,7 @@ class KeyboardFocus(QObject):
         return event_type == QEvent.Type.KeyPress and self._press_key(self._watched_editor, event)
 
     def _pass_on(self, widget: QWidget, event: QKeyEvent) -> bool:
-        """Return whether a pressed key is to be passed to the outcrop."""
+        """Move the focus to the outcrop if a pressed key belongs to it; return whether it does."""
         if not self._belongs_to_outcrop(widget, event):
             return False
         # Qt searches for the command next, using the focus at that time.
@@ -287,7 +287,7 @@ class KeyboardFocus(QObject):
 
 
 def _has_own_keys(widget: QWidget) -> bool:
-    """Return whether plain keys are assigned to a widget, as to the photo.
+    """Return whether plain keys are assigned to a widget, such as the photo.
 
     A button also has an action, but this action triggers the button itself.
     """

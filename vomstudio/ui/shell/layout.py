@@ -51,7 +51,7 @@ class WorkspaceLayout:
     title, purpose : str
         Texts that are marked for translation. The purpose is shown while the workspace is empty.
     required_content : str
-        Data that the workspace requires; it is empty if the project has none.
+        Data that the workspace requires. Without such data, its purpose is shown.
     inspector, drawer : tuple of str
         Pages that are offered in the inspector, in addition to its tabs, and in the drawer.
     center : str

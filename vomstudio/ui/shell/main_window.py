@@ -106,7 +106,7 @@ class MainWindow(QMainWindow):
 
     # --- parts -------------------------------------------------------------------------------
     def _create_models(self) -> None:
-        """Create the models that several panels or commands share."""
+        """Create the objects that several panels or commands share."""
         from vomstudio.ui.commands.project_files import Files
         from vomstudio.ui.outcrop.camera_view import CameraView
         from vomstudio.ui.outcrop.outcrop_view import OutcropView
@@ -452,7 +452,7 @@ class MainWindow(QMainWindow):
         warm_up.compile_kernels(self.studio)
 
     def prepare_for_models(self) -> None:
-        """Import what an open model needs, while the user is choosing a file."""
+        """Import libraries and create the scene while the user is choosing a model."""
         warm_up.import_libraries(self.studio)
         self._draw_outcrop()
 

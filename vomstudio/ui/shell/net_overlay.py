@@ -32,12 +32,12 @@ _HIDE_DELAY_MS = 400
 
 @runtime_checkable
 class OverlayPage(Protocol):
-    """Page that adapts to the overlay by showing its tools only under the cursor.
+    """Page that shows its tools in the overlay only while the cursor is over it.
 
     Attributes
     ----------
     paper_changed : Signal
-        Emitted with the area that the page covers, which is empty if it covers all.
+        Emitted with the area that the page covers, which is empty if it covers the whole overlay.
     """
 
     tools: QWidget
@@ -51,7 +51,7 @@ class NetOverlay(QFrame):
     """Overlay with the net over the outcrop.
 
     It keeps its distance from the nearest corner when the window is resized. Its buttons appear
-    under the cursor. The outcrop beside the round net is visible and can be clicked.
+    while the cursor is over it. The outcrop beside the round net is visible and can be clicked.
 
     Attributes
     ----------
@@ -133,7 +133,7 @@ class NetOverlay(QFrame):
         self._refresh()
 
     def release_page(self) -> QWidget | None:
-        """Return the widget of the net and hide the overlay."""
+        """Hide the overlay and return the widget of the net, or None if it has no net."""
         widget, self._widget = self._widget, None
         if widget is not None:
             self._column.removeWidget(widget)
@@ -162,7 +162,7 @@ class NetOverlay(QFrame):
         self._update_mask()
 
     def _update_mask(self) -> None:
-        """Exclude the area beside the paper from the mask unless it contains the buttons."""
+        """Restrict the overlay to the paper of the net, unless the buttons are visible."""
         if self._paper.isEmpty() or not self._buttons.isHidden():
             self.clearMask()
         else:
@@ -206,7 +206,7 @@ class NetOverlay(QFrame):
         self._message_bar.raise_()
 
     def _anchor(self) -> None:
-        """Store the distance from the nearest corner."""
+        """Store the size, and the distance from the nearest corner."""
         available_rect, box = self._available_area.rect(), self.geometry()
         self._side = box.width()
         self._is_right = box.center().x() > available_rect.center().x()

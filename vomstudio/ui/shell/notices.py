@@ -21,7 +21,7 @@ _INFO_DURATION_MS = 6000
 
 
 class NoticePresenter(QObject):
-    """Adds each notice to the list, and shows it in the status line or the message bar."""
+    """Presenter that lists each notice, and shows it in the status line or message bar."""
 
     def __init__(
         self,
@@ -64,7 +64,7 @@ class NoticePresenter(QObject):
             self._bar.show_notice(notice)
 
     def offer_recovery(self, folders: list[Path], restore: Callable[[Path], None]) -> None:
-        """Offer to restore projects that were not closed.
+        """Offer to restore the newest project that was not closed, unless it is in use.
 
         Parameters
         ----------

@@ -29,7 +29,7 @@ _WINDOW_SIZE = (1400, 860)
 
 
 class PhotoTab(QObject):
-    """Switches between the outcrop and the open photo.
+    """Tab of the open photo, which replaces the outcrop while it is visible.
 
     `changed` is emitted when the state that commands depend on has changed, `visible_page_changed`
     when another widget is visible and should get the focus, and `photo_hint_changed` with the

@@ -17,14 +17,17 @@ MIN_VISIBLE_SIZE = QSize(120, 16)
 
 
 def set_default_size(window: QMainWindow) -> None:
-    """Set the window size for a first start, which fits on its screen."""
+    """Set the minimum and initial size of a window, limited to its screen."""
     available_rect = window.screen().availableSize() - QSize(0, _TITLE_HEIGHT_PX)
     window.setMinimumSize(MIN_SIZE.boundedTo(available_rect))
     window.resize(_DEFAULT_SIZE.boundedTo(available_rect))
 
 
 def restore_geometry(window: QMainWindow, stored_text: str | None) -> None:
-    """Restore the stored position and size of a window if they are on a screen."""
+    """Restore the stored position and size of a window, and move it onto a screen.
+
+    Without a valid text, the window has its default size.
+    """
     set_default_size(window)
     if stored_text is not None and (data := from_text(stored_text)) is not None:
         window.restoreGeometry(data)

@@ -90,7 +90,7 @@ def command_names() -> list[str]:
 
 
 class TopBar(QWidget):
-    """Buttons in the corner of the menu bar, whose texts are hidden in narrow windows."""
+    """Buttons beside the menu bar; the search button has no text in narrow windows."""
 
     def __init__(self, window: QMainWindow, actions: Mapping[str, QAction]) -> None:
         super().__init__()

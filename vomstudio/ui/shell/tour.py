@@ -184,7 +184,7 @@ def commands(
     docks: Docks,
     window: QWidget,
 ) -> list[Command]:
-    """Return the commands of the tour. `actions` of the window may be added later."""
+    """Return the commands of the tour. Entries may be added to `actions` later."""
     tours: list[Tour] = []
 
     def start() -> None:

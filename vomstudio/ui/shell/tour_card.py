@@ -15,7 +15,7 @@ _FRAME_MARGIN_PX = 4
 
 
 class TourFrame(QWidget):
-    """Frame around a widget, which is transparent for mouse events."""
+    """Frame around a widget; mouse events pass through the frame."""
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
@@ -37,10 +37,10 @@ class TourFrame(QWidget):
 
 
 class TourCard(QFrame):
-    """Card with instructions for the next step. It never takes the focus by itself.
+    """Card with the instructions of the current step. It never takes the focus by itself.
 
-    `next_requested` is emitted when the user skips the step, and `ended` when the user ends the
-    tour.
+    `next_requested` is emitted when the user skips or confirms the step, and `ended` when the user
+    ends the tour.
     """
 
     next_requested = Signal()

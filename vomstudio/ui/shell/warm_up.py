@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
 
 def start_worker(studio: Studio) -> None:
-    """Start the worker that reads models, without the libraries of the formats."""
+    """Start the worker that reads models, without the libraries of the file formats."""
     from vomstudio.studio.jobs.model_tasks import START_WORKER
 
     _submit_job(studio, START_WORKER)
 
 
 def import_libraries(studio: Studio) -> None:
-    """Import the libraries of the worker that reads models."""
+    """Import the libraries of the file formats in the worker that reads models."""
     from vomstudio.studio.jobs.model_tasks import IMPORT_LIBRARIES
 
     _submit_job(studio, IMPORT_LIBRARIES)

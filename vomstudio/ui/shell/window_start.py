@@ -106,7 +106,7 @@ def run_window(paths: Sequence[str]) -> int:
 
 
 def _connect_signals(window: QMainWindow) -> QTimer:
-    """Close the window on Ctrl+C in the terminal, as its close button does.
+    """Close the window on SIGINT (Ctrl+C), SIGTERM and SIGHUP, as its close button does.
 
     The returned timer lets Python handle the signal, until it is stopped.
     """
@@ -126,7 +126,10 @@ def _connect_signals(window: QMainWindow) -> QTimer:
 
 
 def _report_missing(error: ImportError) -> int:
-    """Report a missing or damaged system library; re-raise any other error."""
+    """Report a missing or damaged system library and return the exit code.
+
+    Any other error is raised again.
+    """
     finding = missing_library(error)
     if finding is None:
         raise error

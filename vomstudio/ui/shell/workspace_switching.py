@@ -19,7 +19,7 @@ _FEATURES, _TOOL, _SELECTION = INSPECTOR_TABS
 
 
 class WorkspaceSwitching(QObject):
-    """Shows the workspace and inspector page that match the user's action."""
+    """Controller that shows the workspace and inspector page that match the user's action."""
 
     def __init__(
         self,
@@ -68,7 +68,7 @@ class WorkspaceSwitching(QObject):
             self._workspaces.switch(_INTERPRET)
 
     def model_created(self) -> None:
-        """Show the model of a finished reconstruction, unless a photo is being edited."""
+        """Show the model of a finished reconstruction, unless a photo is visible."""
         if self._area.shows_photo:
             return
         self._docks.restore_from_center()
@@ -77,7 +77,7 @@ class WorkspaceSwitching(QObject):
 
     # --- inspector ---------------------------------------------------------------------------
     def show_tool_settings(self, *, has_panel: bool) -> None:
-        """Show the settings of a selected tool, or the properties if it has no panel."""
+        """Show the settings of a selected tool, or leave the settings if it has no panel."""
         self._is_picking = has_panel
         if has_panel:
             self._docks.restore_from_center()
@@ -105,7 +105,7 @@ class WorkspaceSwitching(QObject):
         self._docks.bring_forward(_SELECTION if self._studio.selection.ids else _FEATURES)
 
     def _is_in_inspector(self) -> bool:
-        """Return whether the user is working in the inspector, which then must not change."""
+        """Return whether the inspector must not change: it is hidden or the user works in it."""
         name = self._docks.page("inspector")
         if not name:
             return True
@@ -129,7 +129,7 @@ class WorkspaceSwitching(QObject):
         self.refresh()
 
     def refresh(self, *_: object) -> None:
-        """Show the purpose of an empty workspace."""
+        """Show the purpose of the workspace if it is empty, otherwise hide it."""
         shown_workspace, has_photos = (
             self._workspaces.current_workspace,
             self._survey.folder is not None,

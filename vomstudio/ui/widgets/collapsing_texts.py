@@ -12,10 +12,12 @@ _ICON_ONLY = Qt.ToolButtonStyle.ToolButtonIconOnly
 
 
 class CollapsingTexts(QObject):
-    """Shows icon and text of the buttons in a row if they fit, or else only one of them.
+    """Event filter that hides icons or texts of buttons if their row is too narrow.
 
     Parameters
     ----------
+    row : QWidget
+        Row that contains the buttons.
     required_width : callable
         Returns the width in pixels that the row needs in its current state.
     """

@@ -111,6 +111,8 @@ def copy_with_file(
     write : callable
         Writes the file and may raise VomError. It replaces an existing file, which the dialog has
         confirmed.
+    arguments : callable
+        Returns the arguments of the command from the path of the file.
     """
     suffix = Path(default_name).suffix.removeprefix(".")
     formats = {suffix: suffix.upper()}

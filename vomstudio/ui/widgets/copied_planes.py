@@ -18,7 +18,7 @@ def copy_with_table(
     ids: Iterable[str],
     arguments: Callable[[Path], CommandArguments],
 ) -> None:
-    """Ask for a table, write the orientations of features to it, and copy the command.
+    """Ask for a file, write the orientations of features to it, and copy the command.
 
     Parameters
     ----------

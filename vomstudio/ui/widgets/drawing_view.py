@@ -1,4 +1,4 @@
-"""Drawing of a plane to scale, with ticks and named ends, in which a drag marks a part."""
+"""View of a drawing to scale, with ticks and named ends, in which a drag marks a part."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class DrawingMark:
 
 
 class DrawingView(QWidget):
-    """Shows a drawing and reports drags on it while marking is enabled.
+    """View of a drawing that reports drags while marking is enabled.
 
     Parameters
     ----------

@@ -46,7 +46,7 @@ class Host(Protocol):
 
 
 class FailureNotices(QObject):
-    """Receives program errors from any thread and shows them in the window's thread."""
+    """Receiver of errors from any thread, which shows them in the window's thread."""
 
     _failure_received = Signal(object)
 

@@ -18,12 +18,17 @@ _FORMATS = {
 
 
 def choose_figure_file(parent: QWidget, studio: Studio, title: str, stem: str) -> Path | None:
-    """Return a path that ends in .svg, .pdf or .png, or None.
+    """Ask for the file of a figure.
 
     Parameters
     ----------
     stem : str
-        Proposed file name, after the name of the project.
+        Proposed file name without extension, which follows the name of a saved project.
+
+    Returns
+    -------
+    Path or None
+        Path that ends in .svg, .pdf or .png, or None if the user cancels.
     """
     project = studio.project
     proposed_stem = stem if project.is_untitled else f"{project.name}-{stem}"

@@ -35,7 +35,7 @@ def field_costs(names: Iterable[str]) -> list[tuple[str, str]]:
 
 
 class FollowBox(ComboBox):
-    """List of costs and of the open models' fields, with the data None for a straight line."""
+    """List of costs and fields of the open models; the data of a straight line is None."""
 
     def __init__(self, studio: Studio, tool: FollowingTool[Any]) -> None:
         super().__init__()

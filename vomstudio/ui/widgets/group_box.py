@@ -20,7 +20,7 @@ SELECTED: Choice = ("selection", "", "")
 
 
 class GroupBox(ComboBox):
-    """List of groups.
+    """List of groups of features.
 
     Parameters
     ----------

@@ -167,13 +167,13 @@ class MessageBar(QFrame):
         self._buttons.addWidget(button)
 
     def hide_hint(self) -> None:
-        """Hide a hint when the user continues."""
+        """Hide a hint or report when the user continues."""
         if self._hint_timer.isActive():
             self._hint_timer.stop()
             self.hide()
 
     def set_top_tools(self, tools: QWidget | None) -> None:
-        """Place the bar below these tools, or at the top of the parent if `tools` is None."""
+        """Place the bar below `tools`, or at the top of the parent if `tools` is None."""
         self._tools = tools
         self._update_geometry()
 

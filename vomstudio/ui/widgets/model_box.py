@@ -11,7 +11,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 class ModelBox(ComboBox):
-    """List of open models, which keeps the selected model while that is open."""
+    """List of open models; the selected model stays selected while it is open."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()

@@ -14,7 +14,7 @@ _LINES = 3
 class NotesField(QPlainTextEdit):
     """Text of several lines, with the interface of a line edit.
 
-    The text is complete when the field loses the focus, or with Ctrl+Enter.
+    `finished` is emitted when the field loses the focus or Ctrl+Enter is pressed.
     """
 
     finished = Signal()

@@ -146,7 +146,7 @@ class NumberTable(QTableView):
         self.selectionModel().currentRowChanged.connect(self._current)
 
     def sizeHint(self) -> QSize:  # noqa: N802
-        """Return the minimum height if it is set, so that widgets below stay visible."""
+        """Return the preferred size, whose height is the minimum height if this is set."""
         hint = super().sizeHint()
         return QSize(hint.width(), self.minimumHeight() or hint.height())
 

@@ -33,8 +33,8 @@ class OptionFields(QObject, Generic[Options]):
     """Form fields for an options class, without a layout.
 
     An option without a label has no field and keeps its value from `start`. If the program may
-    choose a number, its field shows "auto" at the minimum. `add_rows` arranges all fields except
-    those that the form has arranged itself with `place`.
+    choose a number, its field shows a text such as "auto" at the minimum. `add_rows` arranges all
+    fields except those that the form has arranged itself with `place`.
 
     Parameters
     ----------
@@ -52,7 +52,8 @@ class OptionFields(QObject, Generic[Options]):
     fields : dict of str to QWidget
         Field of each option, keyed by the name of the option.
     labels : dict of str to Label
-        Label of each field except check boxes, keyed by the name of the option.
+        Label of each field, keyed by the name of the option. Check boxes and fields arranged with
+        `place` have no label.
     changed : Signal
         Emitted when the value of a field changes.
     """
@@ -250,7 +251,7 @@ class OptionFields(QObject, Generic[Options]):
         return spin
 
     def _scale(self, name: str) -> float:
-        """Return the number in the field per unit of the option."""
+        """Return the factor from the unit of an option to the unit of its field."""
         form_unit = self._declarations[name].form_unit
         return 1 if form_unit is None else form_unit[1]
 

@@ -144,7 +144,7 @@ class PhotoCanvas(QWidget):
         self.fit()
 
     def set_picture(self, picture: PhotoPyramid | None) -> None:
-        """Draw a picture of the current photo."""
+        """Draw a picture of the current photo, or no picture if `picture` is None."""
         previous = self._upright_size
         self._picture = picture
         if picture is not None:
@@ -173,13 +173,13 @@ class PhotoCanvas(QWidget):
         self.update()
 
     def set_cross(self, pixel: FloatArray | None) -> None:
-        """Mark the position of the cursor over the outcrop."""
+        """Mark the pixel of the cursor over the outcrop, or remove the mark if `pixel` is None."""
         if pixel is not None or self._cross is not None:
             self._cross = pixel
             self.update()
 
     def set_marker(self, pixel: FloatArray | None) -> None:
-        """Mark the target position."""
+        """Mark the pixel of the target, or remove the mark if `pixel` is None."""
         self._marker_position = pixel
         self.update()
 
@@ -213,7 +213,10 @@ class PhotoCanvas(QWidget):
         self._centre(QPointF(self._upright_size.width() / 2, self._upright_size.height() / 2))
 
     def look_at(self, pixels: FloatArray) -> None:
-        """Show pixels (n, 2) of the stored photo with a margin, at a scale of at most 1:1."""
+        """Show pixels (n, 2) of the stored photo with a margin, at a scale of at most 1:1.
+
+        Show the whole photo if no pixel is finite, or if this would enlarge it by less than 20 %.
+        """
         pixels = pixels[np.isfinite(pixels).all(axis=1)]
         if not len(pixels):
             self.fit()

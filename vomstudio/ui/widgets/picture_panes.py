@@ -141,7 +141,7 @@ class PicturePanes(QWidget):
         self._repaint_base()
 
     def show_message(self, text: str) -> None:
-        """Show a text instead of pictures."""
+        """Show a text instead of the pictures; an empty text shows the pictures."""
         self._message = text
         self._repaint_base()
 
@@ -161,7 +161,7 @@ class PicturePanes(QWidget):
         return QRectF(pane * (width + GAP_PIXELS), 0.0, width, float(self.height()))
 
     def middle(self, pane: int) -> QPointF:
-        """Return the position on the screen at which the centre of the view is drawn."""
+        """Return the position in the widget at which the centre of a pane's view is drawn."""
         return self.box(pane).center() - QPointF(self._reserved_width / 2, 0.0)
 
     def _fit(self, pane: int) -> tuple[FloatArray, float]:
@@ -191,7 +191,7 @@ class PicturePanes(QWidget):
         return centre + np.array([position.x() - midpoint.x(), position.y() - midpoint.y()]) / zoom
 
     def pane_at(self, position: QPointF) -> int | None:
-        """Return the index of the pane with a picture at a point, or None outside all pictures."""
+        """Return the index of the pane at a point, or None if no pane with a picture is there."""
         for pane, picture in enumerate(self._pictures):
             if picture is not None and self.box(pane).contains(position):
                 return pane

@@ -29,7 +29,10 @@ FAULT = "fault"
 
 
 def _distance_m(measurement: Measurement, position: FloatArray | None) -> float:
-    """Return the smallest distance from a feature to the centroid of points, in metres."""
+    """Return the smallest distance from a feature to the centroid of points, in metres.
+
+    It is infinite if the feature or `position` has no points.
+    """
     points = extent_points(measurement)
     if position is None or not len(points):
         return math.inf
@@ -101,7 +104,7 @@ class PlaneBox(ComboBox):
         return [f.id for f in planes]
 
     def _reference_point(self) -> FloatArray | None:
-        """Return the points (n, 3) of the open or current feature, or None if it has none."""
+        """Return the points (n, 3) of the open feature, else of the current feature, or None."""
         measurement = getattr(self._studio.open_tool, "measurement", None)
         current = self._studio.selection.current
         if not isinstance(measurement, Measurement) and current is not None:

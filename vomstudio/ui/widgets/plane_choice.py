@@ -27,7 +27,7 @@ class PlaneChoice(QWidget):
     id : str
         Id of the plane, or "" if no plane is set.
     changed : Signal
-        Emitted when another plane is set.
+        Emitted when the plane is set, cleared or deleted.
     """
 
     changed = Signal()
@@ -74,7 +74,7 @@ class PlaneChoice(QWidget):
         self.changed.emit()
 
     def refresh(self) -> None:
-        """Show the orientation of the plane."""
+        """Show the orientation of the plane, or clear the choice if the plane was deleted."""
         records = self._studio.records if self._studio.has_project else {}
         record = records.get(self.id)
         if self.id and (record is None or not has_plane(record)):

@@ -1,4 +1,4 @@
-"""Field for the attitude of a plane in the notation of the project.
+"""Field for the attitude of a plane in the notation of the settings.
 
 The attitude is typed, or taken from the selected plane or from the view.
 """
@@ -33,7 +33,8 @@ class PlaneField(QWidget):
     empty_text : str
         Placeholder of the empty field.
     view : callable, optional
-        Returns the view direction, for a button that takes the plane facing the viewer.
+        Returns the view direction or None, for a button that uses the plane perpendicular to
+        the view.
 
     Attributes
     ----------

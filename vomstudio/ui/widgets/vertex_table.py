@@ -20,7 +20,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 class VertexTable(QTableWidget):
-    """Table of the World coordinates of a tool's vertices, hidden while it is not picking."""
+    """Table of the World coordinates of a tool's vertices, visible while the tool picks."""
 
     def __init__(self, studio: Studio, tool: PolylineTool[Any]) -> None:
         super().__init__(0, 3)
@@ -106,7 +106,7 @@ class VertexTable(QTableWidget):
         tool.move_vertex(index, (point[0], point[1], point[2]))
 
     def _position_problem(self, point: list[float]) -> Finding | None:
-        """Return a finding if a point in the file frame of a model cannot be on the model."""
+        """Return a finding if a point (file frame) cannot be on the model, otherwise None."""
         model = self._model()
         open_model = None if model is None else self._studio.models.get(model.id)
         if open_model is None:

@@ -195,7 +195,7 @@ def read_schema(db: sqlite3.Connection) -> Iterator[SchemaEntry]:
     Raises
     ------
     sqlite3.Error
-        If the schema is damaged.
+        If the schema is damaged or has more than `MAX_ENTRIES` entries.
     """
     rows = db.execute("SELECT name, sql FROM sqlite_master LIMIT ?", (MAX_ENTRIES + 1,))
     for row, (name, sql) in enumerate(rows):

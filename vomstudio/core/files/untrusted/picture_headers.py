@@ -94,7 +94,7 @@ def read_size(file: BinaryIO) -> PictureSize | None:
     -------
     PictureSize or None
         None if the file has another format or is so damaged that the size is unknown; decoders
-        reject such a file.
+        reject the file.
 
     Raises
     ------
@@ -271,7 +271,10 @@ def _bmp_size(file: BinaryIO, head: bytes) -> PictureSize:
 
 
 def _webp_size(file: BinaryIO, head: bytes) -> PictureSize | None:
-    """Read the size from a VP8X, VP8L or VP8 chunk (RFC 9649, 2.5 to 2.7), with the canvas."""
+    """Return the size, with the canvas, from a VP8X, VP8L or VP8 chunk, or None.
+
+    See RFC 9649, 2.5 to 2.7.
+    """
     kind = head[12:16]
     if head[8:12] != b"WEBP":
         return None
@@ -333,7 +336,7 @@ def _tiff_size(directory: _Directory) -> PictureSize:
 
 
 def _check_tags(file: BinaryIO) -> None:
-    """Raise HeaderError if the tags exceed the file size or there are too many directories.
+    """Raise HeaderError if the tags describe too much data or too many directories exist.
 
     Several tags may refer to the same bytes, and each of them is read completely.
     """
@@ -355,7 +358,7 @@ def _check_tags(file: BinaryIO) -> None:
 
 
 def _directories(file: BinaryIO) -> Iterator[_Directory]:
-    """Yield the tags that state a size for each directory of a picture."""
+    """Yield the tags of each directory of a TIFF that describe the size of its picture."""
     start = _tiff_start(file)
     if start is None:
         return
@@ -371,7 +374,7 @@ def _directories(file: BinaryIO) -> Iterator[_Directory]:
 def _all_directories(
     file: BinaryIO, *, include_exif: bool = True
 ) -> Iterator[list[tuple[int, int, int, int]]]:
-    """Yield the entries of each directory of a TIFF file once, the first one first."""
+    """Yield the entries of each directory of a TIFF file once, starting with the first."""
     start = _tiff_start(file)
     if start is None:
         return
@@ -394,7 +397,10 @@ def _all_directories(
 
 
 def _tiff_start(file: BinaryIO) -> tuple[str, bool, int] | None:
-    """Return the byte order, whether the file is a BigTIFF, and the first directory's offset."""
+    """Return the byte order, whether a TIFF is a BigTIFF, and the first directory's offset.
+
+    Returns None for other files.
+    """
     file.seek(0)
     header = file.read(16)
     byte_order = {b"II": "<", b"MM": ">"}.get(header[:2])
@@ -433,7 +439,10 @@ def _entries(
 def _numbers(
     file: BinaryIO, byte_order: str, is_big_tiff: bool, kind: int, count: int, value: int
 ) -> list[int]:
-    """Return up to a few hundred integers that an entry contains or refers to."""
+    """Return the integers that an entry contains or refers to, from at most 2048 bytes.
+
+    Returns an empty list if the values are not unsigned integers.
+    """
     code = {1: "B", 3: "H", 4: "I", 13: "I", 16: "Q", 18: "Q"}.get(kind)
     if code is None:
         return []

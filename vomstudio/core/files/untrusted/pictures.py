@@ -189,12 +189,12 @@ def decode_picture(
     Returns
     -------
     array or None
-        Pixels, or None if the picture cannot be decoded.
+        Pixels, or None if the content has another format or cannot be decoded.
 
     Raises
     ------
     InputError
-        As for `check_picture`.
+        With the code ``file.picture-too-large`` or ``file.picture-header``.
     """
     import cv2
 
@@ -249,7 +249,7 @@ def _check_photo(file: BinaryIO, min_pixel_bytes: int) -> None:
 
 
 def _check_size(file: BinaryIO, picture: PictureSize | None, min_pixel_bytes: int | None) -> None:
-    """Raise _TooLarge if a picture exceeds its limit.
+    """Raise _PictureTooLargeError if a picture exceeds its limit.
 
     Pass None as `min_pixel_bytes` if only the header is read.
     """

@@ -25,7 +25,10 @@ ROOT_TAG = "document"
 
 
 def matches(path: Path) -> bool:
-    """Return whether the root element matches. Raises InputError for damaged XML."""
+    """Return whether the root element is that of Metashape.
+
+    Raises InputError for damaged XML.
+    """
     return is_xml(path) and read_xml(path).tag == ROOT_TAG
 
 
@@ -35,7 +38,7 @@ def read_points(path: Path) -> list[ControlPoint]:
 
 
 def read_crs(path: Path) -> str | None:
-    """Return the CRS of a file. Raises InputError with line and element."""
+    """Return the CRS of a file, or None. Raises InputError with line and element."""
     return _projected_points(path)[1]
 
 
@@ -85,7 +88,8 @@ def _points(path: Path, root: Element) -> list[ControlPoint]:
 def read_marks(path: Path) -> list[Mark]:
     """Return the marks that were placed or confirmed by hand ("pinned").
 
-    Raises InputError with line and element.
+    Valid marks for which a file does not state this are included. Raises InputError with line and
+    element.
     """
     chunk = _chunk(path, read_xml(path))
     cameras = chunk.find("cameras")
@@ -115,7 +119,7 @@ def read_marks(path: Path) -> list[Mark]:
 
 
 def _stated_crs(path: Path, root: Element) -> str | None:
-    """Return the CRS of the chunk with the markers, as WKT or code. Raises InputError."""
+    """Return the CRS of the chunk with the markers, or None. Raises InputError."""
     for reference in _chunk(path, root).findall("reference"):
         if crs_text := (reference.text or "").strip():
             return str(crs_text)

@@ -34,8 +34,8 @@ HEAD_BYTES, MAX_FILES = 4096, 200
 def read_points(path: Path) -> list[ControlPoint]:
     """Return the ground points of a file.
 
-    The error is the root mean square of the three numbers of `Incertitude` in metres, unless these
-    are 1 1 1. Raises InputError with line and element.
+    The error is the root mean square of the three numbers of `Incertitude` in metres; None if they
+    are missing or have the default values 1 1 1. Raises InputError with line and element.
     """
     root = read_xml(path)
     elements = [element for top in root.iter(POINTS_TAG) for element in top.findall(_POINT_TAG)]
@@ -129,13 +129,15 @@ def find_points(folder: Path) -> Path | None:
 def find_single_xml(
     folder: Path, matches: Callable[[str], bool], excluded_path: Path | None = None
 ) -> Path | None:
-    """Return the only XML file in a folder whose first bytes match, or None.
+    """Return the only XML file with a matching beginning in a folder, or None.
+
+    None is also returned if several files match. The first `MAX_FILES` files are searched.
 
     Parameters
     ----------
     folder : Path
     matches : callable
-        Function of the first `HEAD_BYTES` bytes, as text.
+        Function that returns whether the first `HEAD_BYTES` bytes of a file, as text, match.
     excluded_path : Path, optional
         File that is not searched.
     """

@@ -51,7 +51,7 @@ def read_points(path: Path) -> list[ControlPoint]:
 
 
 def _common_sigma(sigma: FloatArray) -> float | None:
-    """Return the root mean square of the coordinate errors (3,), or NaN if not stated."""
+    """Return the root mean square of the coordinate errors (3,), or None if not stated."""
     stated_sigma = sigma[np.isfinite(sigma)].tolist()
     if len(set(stated_sigma)) <= 1:
         return stated_sigma[0] if stated_sigma else None
@@ -86,12 +86,12 @@ def read_marks(path: Path) -> list[Mark]:
 
 
 def read_crs(path: Path) -> str | None:
-    """Return the CRS that is stated by the table or its `.prj` file.
+    """Return the CRS that is stated by the table or its `.prj` file, or None.
 
     Raises
     ------
     InputError
-        If the CRS is in degrees or unknown.
+        If the CRS is unknown, in degrees or not in metres.
     """
     stated_crs, findings = table_crs(path, read_table(path, max_lines=MAX_OBJECTS).comments)
     if findings and stated_crs.text is None:

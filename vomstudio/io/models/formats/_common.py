@@ -32,7 +32,7 @@ def read_whole_file(path: Path, progress: Progress, padding: bytes = b"") -> Byt
     """Return all bytes of a file followed by `padding`.
 
     Blocks are read so that the user can cancel. The file is not memory-mapped: if a mapped file
-    shrinks or a network drive disconnects, the process ends.
+    shrinks or a network drive disconnects, the process ends. Raises InputError.
     """
     try:
         size = os.stat(path).st_size
@@ -66,7 +66,10 @@ def read_whole_file(path: Path, progress: Progress, padding: bytes = b"") -> Byt
 
 
 def to_utf8(data: ByteArray, padding: bytes = b"") -> ByteArray:
-    """Return the result of `read_whole_file`, with UTF-16 converted to UTF-8."""
+    """Convert UTF-16 data from `read_whole_file` to UTF-8; other data are unchanged.
+
+    `padding` is the padding at the end of the data.
+    """
     if data[:2].tobytes() not in MARKS:
         return data
     raw_data = data[: len(data) - len(padding)].tobytes()
@@ -95,9 +98,10 @@ def missing_points_finding(count: int, declared_count: int) -> Finding:
 
 
 def to_uint8_colors(colors: AnyArray) -> ByteArray:
-    """Return colours (n, 3) as uint8 from bytes, 16-bit values, or floats in 0..1 or 0..255.
+    """Return colours (n, 3) as uint8.
 
-    NaN becomes white.
+    The colours are bytes, 16-bit values, or floats in 0..1, 0..255 or 0..65535. Floats that are not
+    finite become 255.
     """
     if colors.dtype == np.uint8:
         return np.ascontiguousarray(colors, dtype=np.uint8)
@@ -204,7 +208,7 @@ class Columns:
     """
 
     def __init__(self, initial_rows: int = INITIAL_ROWS) -> None:
-        """Create the columns. An array is copied each time it grows beyond `initial_rows`."""
+        """Create columns with space for `initial_rows` rows, which is doubled when it is full."""
         self._initial_rows = initial_rows
         self._arrays: dict[str, AnyArray] = {}
         self._row_counts: dict[str, int] = {}

@@ -98,8 +98,8 @@ def _parse_power(data, i, end):  # type: ignore[no-untyped-def]
 def number(data, start, end):  # type: ignore[no-untyped-def]
     """Parse the token from `start` to a blank or `end`; return its value, state and end.
 
-    The state is READY, LEFT_OVER (to be parsed by Python: long, extreme, nan, inf, or not a
-    number), or NO_NUMBER.
+    The state is READY, UNPARSED (to be parsed by Python: long, extreme, nan, inf, or not a number),
+    or NOT_A_NUMBER.
     """
     i = start
     is_negative = False

@@ -69,7 +69,7 @@ def companion_files(path: Path) -> list[Path]:
 
 
 class Document:
-    """A .gltf or .glb file.
+    """Content of a .gltf or .glb file.
 
     `content_hash` is the hash of the file and its buffer files, or empty for a document without
     buffer files.
@@ -167,7 +167,7 @@ class Document:
         return [name for name in names if not name.startswith(SUPPORTED_EXTENSIONS)]
 
     def extensions_to_report(self) -> list[str]:
-        """Return the unsupported extensions that change the model."""
+        """Return the unsupported extensions that are required or change the position."""
         unknown_names = self.unknown_extensions()
         positioning_names = [
             n
@@ -208,7 +208,10 @@ class Document:
         return value
 
     def uri_bytes(self, uri: object, field: str) -> bytes | Path:
-        """Return the bytes of a data URI, or the path of the file to which a URI refers."""
+        """Return the bytes of a data URI, or the path of the file to which a URI refers.
+
+        Raises InputError if the data are damaged or the file is missing.
+        """
         if not isinstance(uri, str):
             raise self.error(tr("'uri' is not text"), field)
         if uri.startswith("data:"):
@@ -257,7 +260,10 @@ class Document:
         return data
 
     def view(self, index: object) -> tuple[AnyArray, int]:
-        """Return the bytes and the stride (0 if not stated) of a buffer view."""
+        """Return the bytes and the stride (0 if not stated) of a buffer view.
+
+        Raises InputError if they are compressed or extend beyond the buffer.
+        """
         view = self.item("bufferViews", index)
         field = f"bufferViews[{index}]"
         is_compressed = any(

@@ -119,7 +119,7 @@ def _image_index(document: Document, info: dict[str, Any]) -> object:
 
 
 def _image(document: Document, index: object, material: str) -> tuple[Path | None, str | None]:
-    """Return the file of an image, or the reason why it cannot be used."""
+    """Return the file of an image, or None, and the reason if it cannot be used."""
     if index is None:
         return None, tr("it has no image in a format that can be read")
     entry = document.item("images", index)

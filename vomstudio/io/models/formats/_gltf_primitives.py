@@ -148,9 +148,9 @@ def _children(document: Document, index: int) -> list[Any]:
 
 
 def _instances(document: Document, node: dict[str, Any], index: int) -> Iterator[AnyArray]:
-    """Yield the matrices (4, 4) of a node's mesh in the node (EXT_mesh_gpu_instancing).
+    """Yield the matrix (4, 4) of each instance of a node's mesh (EXT_mesh_gpu_instancing).
 
-    Without instancing, a single identity matrix is yielded.
+    The matrices are relative to the node. Without instancing, a single identity matrix is yielded.
     """
     instancing = document.section("extensions", node).get("EXT_mesh_gpu_instancing")
     if not isinstance(instancing, dict):
@@ -172,7 +172,7 @@ def _instances(document: Document, node: dict[str, Any], index: int) -> Iterator
 
 
 def _used_rows(faces: AnyArray, n: int) -> tuple[IntArray, IntArray]:
-    """Return the vertices used by faces, and the faces with indices into these vertices."""
+    """Return the rows of the vertices used by faces, and the faces with indices into them."""
     if 8 * faces.size < n:
         # Thousands of small pieces may share one large buffer.
         rows, inverse = np.unique(faces, return_inverse=True)

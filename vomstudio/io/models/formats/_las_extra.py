@@ -20,7 +20,7 @@ _USER_ID_OFFSET = 2
 
 
 def invalid_extra_record_offset(path: Path) -> int | None:
-    """Return the offset of the user ID of the extra bytes record if the record is invalid."""
+    """Return the offset of the user ID of an invalid extra bytes record, or None."""
     with open_regular_file(path) as file:
         header_bytes = file.read(MIN_HEADER_BYTES)
         offset, points_offset, count = struct.unpack_from("<HII", header_bytes, 94)

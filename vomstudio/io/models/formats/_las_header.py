@@ -78,7 +78,8 @@ def check_header(path: Path) -> int:
 def replace_chunk_table(path: Path, size: int) -> io.BytesIO | None:
     """Return a LAZ file with an empty chunk table if its own is truncated or invalid.
 
-    Returns None if the file does not need this.
+    Returns None if the file does not need this. Raises InputError if the header is damaged, or if
+    the table cannot be replaced because the chunks do not have the default size.
 
     The table is at the end of the file, and the decoder reads it first although it is not needed
     for sequential reading. lazrs trusts the table and aborts the process if it requires too much
@@ -175,12 +176,10 @@ def is_layered(path: Path) -> bool:
 
 
 def check_layers(path: Path, header: LasHeader) -> None:
-    """Check the layer lengths of chunks, according to which lazrs allocates memory.
+    """Raise InputError if the layer lengths of a chunk far exceed the size of the file.
 
-    Only the layered formats have layer lengths.
-
-    Raises InputError if one of them is far larger than the remainder of the file; a truncated last
-    chunk is allowed.
+    lazrs allocates memory according to these lengths, which only the layered formats have. A
+    truncated last chunk is allowed.
     """
     if not header.layer_count or is_copc(path):
         return
@@ -212,7 +211,7 @@ _ONES = np.uint64(2**64 - 1)
 
 
 def _blank_bytes(record_bytes: int) -> bytes:
-    """Return a run of one bits that neither encoders nor first points of chunks produce.
+    """Return a run of bytes 255 that neither encoders nor first points of chunks produce.
 
     Memory cards contain such runs where nothing was written. lazrs reads beyond its memory when it
     decodes them, which ends the process.
@@ -221,7 +220,7 @@ def _blank_bytes(record_bytes: int) -> bytes:
 
 
 def refuse_blank(path: Path, progress: Progress) -> None:
-    """Raise InputError if a part of a LAZ file consists only of one bits."""
+    """Raise InputError if a LAZ file contains the run of bytes of `_blank_bytes`."""
     with open_regular_file(path) as file:
         header = file.read(MIN_HEADER_BYTES)
         if not header[POINT_FORMAT_OFFSET] & COMPRESSED_BIT:
@@ -390,10 +389,10 @@ def decompress(
     header: LasHeader,
     max_points: int = POINTS_PER_DECOMPRESSION,
 ) -> ByteArray | None:
-    """Return (points, record_bytes) of the first `points` of each chunk, or None on failure.
+    """Return the records (n, record_bytes) of the first `points` of each chunk, or None.
 
-    lazrs holds the GIL, so it is called for a few chunks with a limited number of points at a time,
-    which lets other threads run in between.
+    None means that a chunk cannot be decompressed. lazrs holds the GIL, so it is called for a few
+    chunks with a limited number of points at a time, which lets other threads run in between.
     """
     import lazrs
 

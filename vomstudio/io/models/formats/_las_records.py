@@ -149,8 +149,8 @@ def mask_no_data(values: AnyArray, stored_array: AnyArray, no_data: tuple[float,
 def replacement_rows(is_withheld: AnyArray) -> AnyArray | None:
     """Return rows (n,) that replace each withheld point by the previous valid point.
 
-    This is for files whose rows must keep their numbers. Returns None if no point or every point is
-    withheld.
+    Points before the first valid point are replaced by that point. This is for files whose rows
+    must keep their numbers. Returns None if no point or every point is withheld.
     """
     if not is_withheld.any() or is_withheld.all():
         return None
@@ -184,9 +184,10 @@ class FieldSelection:
 
 
 def choose_fields(records: AnyArray, layout: RecordLayout) -> FieldSelection:
-    """Select colours if there are any, standard fields that vary, and extra fields.
+    """Select colours if there are any, standard fields with values, and extra fields.
 
-    `records` is a sample of the records in the file.
+    A standard field is omitted if it is 0 everywhere, and the return number also if it is 1
+    everywhere. `records` is a sample of the records in the file.
     """
     names = layout.kind.names or ()
     max_color = max(

@@ -151,7 +151,7 @@ def _record_problem(report, count_row, offset_row, offset):  # type: ignore[no-u
 
 @part
 def _record_unparsed(unparsed, report, target, flat_index, start, end):  # type: ignore[no-untyped-def]
-    """Record a number that is left for Python, as long as there is space."""
+    """Record a number to be parsed by Python, as long as `unparsed` has space."""
     r = report[R_UNPARSED]
     if r < unparsed.shape[0]:
         unparsed[r, 0] = target
@@ -232,7 +232,10 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
 
 
 def create_line_buffers() -> tuple[FloatArray, IntArray, IntArray]:
-    """Return work arrays for `parse`; a kernel without allocations loads without numba."""
+    """Return work arrays for `parse`.
+
+    They are allocated here because a kernel without allocations loads without numba.
+    """
     return np.empty(8), np.empty((8, 2), np.int64), np.empty(8, np.int64)
 
 
@@ -266,7 +269,7 @@ def parse(  # type: ignore[no-untyped-def]
     corners, uv_corners (m, 3): rows of vertices and uvs, -1 if invalid or missing; uv_corners and
     colors may have no rows, in which case they are not read. words (k, 3): start, end, and the
     triangle before which the line is located. polygons (p, 2): first triangle of the fan, number of
-    corners. left_over (any, 4): target, flat index, start, end; counting continues beyond its rows.
+    corners. unparsed (any, 4): target, flat index, start, end; counting continues beyond its rows.
     value, token, state: working space for the numbers of a line, see `create_line_buffers`.
     """
     v, u, t = base[N_VERTICES], base[N_UVS], base[N_TRIANGLES]

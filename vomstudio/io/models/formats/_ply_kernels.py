@@ -63,11 +63,11 @@ def gather(data, positions, counts, size, out):  # type: ignore[no-untyped-def]
     "Tuple((int64, int64, int64))(uint8[::1], int64, int64, int64[::1], float64[::1], int64[:,::1])"
 )
 def rows(data, offset, max_rows, starts, values, unparsed):  # type: ignore[no-untyped-def]
-    """Parse the numbers of text lines until `max_rows` is reached or `values` could overflow.
+    """Parse the numbers of up to `max_rows` text lines, or until `values` could overflow.
 
     Parsing begins at byte `offset`; starts (max_rows + 1,) receives the index in `values` at which
-    each row begins. left_over (any, 3): value, start and end, terminated by -1. `data` ends with a
-    newline. Returns the next byte, row and value.
+    each row begins. unparsed (any, 3): index of the value, start and end, terminated by -1. `data`
+    ends with a newline. Returns the next byte, row and value.
     """
     end = data.shape[0]
     unparsed_count = 0
@@ -154,7 +154,7 @@ def triangulate_fans(  # type: ignore[no-untyped-def]
     """Convert polygons to fans of triangles, omitting those with invalid vertex indices.
 
     counts (n,), indices (sum of counts,); uv_counts (n,): length of the list of texture coordinates
-    of each face, or no rows. corners, uv_corners and face_of have space for every triangle;
+    of each face, or no rows. corners, uv_corners and face_rows have space for every triangle;
     uv_corners may have no rows. Returns the numbers of triangles, of polygons with more than 3
     corners, of faces out of range, and of faces with fewer than 3 corners.
     """

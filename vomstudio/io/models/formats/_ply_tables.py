@@ -358,10 +358,10 @@ class _TextRows:
 
 
 def convert_indices(values: AnyArray) -> Int32Array:
-    """Convert indices from text or floats to integers.
+    """Convert indices from text or floats to 32-bit integers.
 
-    Values that are not numbers become -1, and values out of range become the largest integer;
-    neither is a valid vertex.
+    Values that are not numbers become -1, and values out of range the smallest or largest integer;
+    none of these is a valid vertex.
     """
     limits = np.iinfo(np.int32)
     finite_values: FloatArray = np.nan_to_num(values, nan=-1.0)

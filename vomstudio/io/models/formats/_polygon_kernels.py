@@ -72,9 +72,9 @@ def clip_concave_polygons(
     The method is that of Meisters 1975, *Am. Math. Monthly* 82, 648.
 
     vertices (n, 3); corners, uv_corners (m, 3), where the latter may have no rows; polygons (p, 2):
-    first triangle of the fan, number of corners. Polygons with an invalid corner (-1) or in which
-    no ear can be found (self-intersecting ones) are left unchanged. Returns the number of polygons
-    that were triangulated again.
+    first triangle of the fan, number of corners. Polygons are left unchanged if they have an
+    invalid corner (-1) or more than `MAX_RING_VERTICES` corners, or if no ear can be found
+    (self-intersecting ones). Returns the number of polygons that were triangulated again.
     """
     return int(
         _cut_polygon(

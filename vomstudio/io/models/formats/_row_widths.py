@@ -21,7 +21,7 @@ _BLANKS[[ord(c) for c in " \t\r\n"]] = True
 def has_equal_widths(data: bytes, delimiter: str, n_skipped_lines: int) -> bool:
     """Return whether all rows after `n_skipped_lines` lines have the same number of cells.
 
-    Empty lines and comments do not count as rows. Either all rows end with a delimiter or none do.
+    Empty lines and comments do not count as rows. A delimiter at the end of a row adds a cell.
     """
     width: int | None = None
     for lines in _blocks(data, n_skipped_lines):

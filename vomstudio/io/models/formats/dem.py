@@ -77,9 +77,10 @@ def matches(path: Path, head: bytes) -> bool:
 def read(path: Path, progress: Progress) -> LoadedModel:
     """Read the grid as triangles between the centres of its pixels, in float64.
 
-    Pixels without a value become holes. The position follows from the transform of the file, which
-    may be rotated; the CRS is that of the file, and the heights are in the unit stated for them.
-    Raises InputError for an ordinary image, a raster without a position, and a damaged file.
+    Pixels without a value become holes, and a grid of more than `MAX_VERTICES` pixels is thinned.
+    The position follows from the transform of the file, which may be rotated; the CRS is that of
+    the file, and the heights are in the unit stated for them. Raises InputError for an ordinary
+    image, a raster without a position, and a damaged file.
     """
     import rasterio
     from rasterio._err import CPLE_BaseError
@@ -150,7 +151,7 @@ def _check_is_dem(dataset: Any, path: Path, findings: list[Finding]) -> None:
 def _read_crs(dataset: Any, path: Path, findings: list[Finding]) -> tuple[str | None, str | None]:
     """Return the CRS as WKT, and a unit of heights that the file states separately.
 
-    A depth image of an oblique view is rejected.
+    Both are None if not stated. Raises InputError for a depth image of an oblique view.
     """
     if dataset.crs is None:
         return None, None
@@ -188,7 +189,7 @@ def _choose_step(dataset: Any, findings: list[Finding]) -> int:
 def _heights(
     dataset: Any, step: int, path: Path, progress: Progress, findings: list[Finding]
 ) -> tuple[FloatArray, str | None]:
-    """Return every step-th height (NaN for no data) and the unit stated by the band."""
+    """Return every step-th height (NaN for no data) and the unit of the band, or None."""
     from rasterio.windows import Window
 
     width, height = dataset.width, dataset.height

@@ -225,8 +225,8 @@ def _cloud(pieces: list[PlacedPrimitive], origin: FloatArray) -> PointCloud:
 def _warn_if_z_up(pieces: list[PlacedPrimitive], findings: list[Finding]) -> None:
     """Warn about a model that was probably written with Z up.
 
-    Outcrops are viewed from above or from the side and never from below, so a surface that faces
-    the Z axis of the file as a whole was most likely written with Z up.
+    Outcrops are viewed from above or from the side and never from below. If most of the surface
+    faces along the Z axis of the file, it was probably written with Z up.
     """
     normal_sum, area = np.zeros(3), 0.0
     for piece in pieces:

@@ -63,7 +63,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
     Colours have 8 bits; the fields are those standard fields that are not 0 everywhere, and all
     extra fields. The CRS is that of the file. For a truncated file, the available points are
-    returned with a warning. Raises InputError if the file contains no points.
+    returned with a warning. Raises InputError if the file is damaged or contains no points.
     """
     laspy = import_laspy()
     import lazrs
@@ -254,7 +254,7 @@ def _drop_withheld(
     """Remove the points that are marked as withheld.
 
     In a COPC file they are replaced by other points, so that row numbers are the same as in
-    streaming.
+    streaming. Raises InputError if all points are withheld.
     """
     count = int(np.count_nonzero(is_withheld))
     if not count:

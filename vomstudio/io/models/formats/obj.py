@@ -44,7 +44,7 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """Return whether the first lines are OBJ statements, because OBJ has no signature."""
+    """Return whether the first lines are OBJ statements; the format has no signature."""
     if b"\0" in head:
         return False
     known_count = 0
@@ -129,7 +129,10 @@ class _ObjReader:
         refuse_decimal_commas(self.path, self.data[start:end].tobytes(), self._line_number(offset))
 
     def _normalize_line_ends(self) -> None:
-        """Convert line ends to newlines and join continued lines, in place."""
+        """Convert line ends to newlines and join continued lines, in place.
+
+        Raises InputError if the file is not text.
+        """
         data = self.data
         size = len(data) - 1
         if data[:3].tobytes() == BYTE_ORDER_MARK:
@@ -243,7 +246,10 @@ class _ObjReader:
             self.progress.step(block_number)
 
     def _first_occurrence(self, count_row: int, offset_row: int) -> tuple[int, int | None]:
-        """Return the number of occurrences of a problem and the line of the first one."""
+        """Return the number of occurrences of a problem and the line of the first one.
+
+        Returns 0 and None if the problem does not occur.
+        """
         hit_blocks = np.flatnonzero(self.reports[:, count_row])
         if len(hit_blocks) == 0:
             return 0, None

@@ -142,7 +142,10 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 
 def _read_header(path: Path, stream: io.BufferedIOBase, line: int) -> _Scan | None:
-    """Read the header of the next scan, or return None at the end of the file."""
+    """Read the header of the next scan, or return None at the end of the file.
+
+    Raises InputError if the header is damaged.
+    """
     rows: list[list[float]] = []
     widths = [1, 1, 3, 3, 3, 3, 4, 4, 4, 4]
     for width in widths:
@@ -172,7 +175,10 @@ def _read_header(path: Path, stream: io.BufferedIOBase, line: int) -> _Scan | No
 def _read_rows(
     path: Path, stream: io.BufferedIOBase, count: int, line: int
 ) -> Iterator[FloatArray]:
-    """Yield the points of a scan in blocks (k, 3), (k, 4) or (k, 7)."""
+    """Yield the points of a scan in blocks (k, 3), (k, 4) or (k, 7).
+
+    Raises InputError if a row is damaged.
+    """
     remaining_count = count
     while remaining_count:
         lines = []

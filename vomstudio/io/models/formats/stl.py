@@ -72,7 +72,10 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 
 def _is_binary(data: ByteArray) -> bool:
-    """Return whether the length matches the count, or a damaged file is not text."""
+    """Return whether a file is binary.
+
+    This is the case if its length matches its count, or if it does not begin like text.
+    """
     if len(data) >= HEADER_BYTES:
         (count,) = struct.unpack_from("<I", data.data, 80)
         if len(data) == HEADER_BYTES + RECORD_BYTES * count:
@@ -172,7 +175,7 @@ def _blocks(text: ByteArray) -> Iterator[tuple[int, bytes]]:
 def _numbers(number_texts: Sequence[tuple[bytes, ...]]) -> FloatArray:
     """Return coordinates (n, 3), NaN for words that are not numbers.
 
-    A fixed width would truncate longer words, and the remainder of
+    A fixed width would truncate longer words, and the beginning of
     1.00000000000000000000000000000000e5 is also a number.
     """
     max_length = max(len(word) for row in number_texts for word in row)

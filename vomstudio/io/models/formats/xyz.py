@@ -164,7 +164,11 @@ def _layout(head: bytes, is_truncated: bool, path: Path) -> Layout:
 
 
 def _commented_header(lines: list[str], width: int, delimiter: str) -> tuple[list[str] | None, int]:
-    """Return the names in the last comment before the points, as written by many programs."""
+    """Return the names in the last comment before the points and its line, or (None, 0).
+
+    Many programs write such a header. The comment must begin with x, y and z and contain one name
+    for each column.
+    """
     for line_number in range(len(lines), 0, -1):
         text = lines[line_number - 1].strip()
         if not text.startswith("#"):
@@ -219,7 +223,10 @@ def _columns(layout: Layout, path: Path, findings: list[Finding]) -> ColumnUses:
 
 
 def _columns_by_value(layout: Layout, path: Path, findings: list[Finding]) -> ColumnUses:
-    """Assign unnamed columns: x, y, z first, then colours and normals by their values."""
+    """Assign unnamed columns: x, y, z first, then colours and normals by their values.
+
+    Raises InputError if there are fewer than three columns.
+    """
     if layout.width < 3:
         raise InputError(
             Finding("table.column-count", count=layout.width, columns=("x", "y", "z")),
@@ -360,8 +367,8 @@ _EXACT_DIGITS = 15
 def parse_plain_numbers(data: bytes, layout: Layout) -> dict[int, AnyArray] | None:
     """Return the columns of a small table of plain numbers, exactly as pandas reads them.
 
-    Any parser rounds numbers with so few digits only once. Returns None for any other table. This
-    avoids importing pandas, which takes longer than reading the table.
+    Any parser rounds numbers of at most 15 characters only once. Returns None for any other table.
+    This avoids importing pandas, which takes longer than reading the table.
     """
     try:
         lines = data.decode("ascii").split("\n")[layout.n_skipped_lines :]

@@ -202,9 +202,10 @@ def _copying_error(path: Path, error: InputError | OSError) -> TargetError:
 def prj_sidecar(
     request: WriteRequest, findings: list[Finding], uses_esri_wkt: bool = False
 ) -> list[tuple[Path, str]]:
-    """Return `NAME.prj` with the CRS for formats that cannot store one, unless it exists.
+    """Return path and text of `NAME.prj` for formats that cannot store a CRS.
 
-    `uses_esri_wkt` selects ESRI WKT, as used in shapefiles.
+    The list is empty if there is no CRS or if an existing file states it. `uses_esri_wkt` selects
+    ESRI WKT, as used in shapefiles.
     """
     path = request.path.with_suffix(".prj")
     if request.crs is None:

@@ -39,7 +39,7 @@ def write(request: WriteRequest) -> list[Finding]:
     """Write a GLB file with one primitive per material.
 
     The origin and the CRS are written to `asset.extras` and NAME.offset.txt; fields are `_NAME`
-    attributes in float32.
+    attributes in float32. Raises TargetError if the model is too large for the format.
     """
     findings: list[Finding] = []
     origin = _origin(request.data)
@@ -269,7 +269,10 @@ class _Scene:
 
 
 def _png_bytes(path: Any) -> bytes:
-    """Convert an image to PNG because glTF supports only JPEG and PNG."""
+    """Convert an image to PNG because glTF supports only JPEG and PNG.
+
+    Raises TargetError if the image cannot be read.
+    """
     stream = io.BytesIO()
     try:
         with open_picture(path) as image:

@@ -142,11 +142,11 @@ class QuantisedAxis:
 
 
 def quantise_axis(values: FloatArray) -> QuantisedAxis:
-    """Convert coordinates (n,) to integers that preserve them.
+    """Convert coordinates (n,) to integers that preserve them if possible.
 
-    The scale is the coarsest power of ten, with an integer offset or the first point as offset (for
-    files whose offset was not an integer); otherwise it is `DEFAULT_SCALE` or the smallest scale
-    that the extent allows.
+    The scale is the coarsest power of ten from 1e-3 to 1e-9 that preserves them with an integer
+    offset, or with the first point as offset (for files whose offset was not an integer).
+    Otherwise, it is `DEFAULT_SCALE`, or the smallest larger power of ten that the extent allows.
 
     Parameters
     ----------
@@ -233,7 +233,7 @@ def _can_store(values: AnyArray, kind: Any) -> bool:
 
 
 def _short_names(fields: dict[str, AnyArray], findings: list[Finding]) -> dict[str, AnyArray]:
-    """Shorten names to the 32 bytes that the format allows."""
+    """Shorten names to 24 bytes, so that suffixes fit in the 32 bytes of the format."""
     result: dict[str, AnyArray] = {}
     for name, values in fields.items():
         short_name = name.encode()[: NAME_BYTES - 8].decode(errors="ignore")

@@ -94,7 +94,10 @@ def _rows(text: str, count: int) -> list[tuple[int, list[str]]]:
 
 
 def _photo_names(path: Path, count: int) -> list[str]:
-    """Return the names of the photos, from the list (one per line) next to the file."""
+    """Return the names of the photos from a list (one per line) near the file.
+
+    Raises InputError if no list has as many names as the file has cameras.
+    """
     candidates = [path.with_name(path.name + ".list.txt"), path.with_suffix(".list.txt")]
     candidates += [path.with_name(name) for name in ("list.txt", "list_images.txt")]
     candidates += [path.parent.parent / "list.txt"]

@@ -43,7 +43,7 @@ def open_table(path: Path) -> NamedTable:
 
 
 def read_centres(path: Path, table: NamedTable) -> ModelCameras:
-    """Return the centres of a table.
+    """Return the camera centres of a table, with the views if it is a `cameras.csv`.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def read_centres(path: Path, table: NamedTable) -> ModelCameras:
     Raises
     ------
     InputError
-        If the table is not valid; states line and column.
+        If the table is not valid or its positions are in degrees; states line and column.
     """
     names = [name.replace("\\", "/") for name in table.words(PHOTO_NAMES, "photo")]
     table.require_unique(names)

@@ -163,7 +163,10 @@ def _binary_lenses(path: Path) -> Lenses:
 
 # --- images -----------------------------------------------------------------------------------
 def _text_images(path: Path, lenses: Lenses) -> Iterator[tuple[int, View]]:
-    """Yield camera ID and view of each image; a line of points follows each pose line."""
+    """Yield camera ID and view of each image; a line of points follows each pose line.
+
+    Raises InputError with the line.
+    """
     is_pose_line = True
     for line_number, line in _lines(path):
         if not is_pose_line:

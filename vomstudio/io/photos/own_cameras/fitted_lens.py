@@ -35,7 +35,7 @@ def fit_lens(
     -------
     lens : Intrinsics
     error_px : float
-        Largest difference within the photo in pixels.
+        Largest difference within the photo in pixels; infinite if no lens can be fitted.
     """
     from scipy.optimize import least_squares
 

@@ -36,7 +36,7 @@ class Candidate:
 def select_frame(
     path: Path, candidates: Sequence[Candidate], bounds: FloatArray | None
 ) -> ModelCameras:
-    """Return the cameras in the first frame in which most of them face the model.
+    """Return the cameras in the frame in which the largest share of them faces the model.
 
     Parameters
     ----------
@@ -70,7 +70,10 @@ def not_facing_finding(path: Path) -> Finding:
 
 
 def facing_share(views: Sequence[View], bounds: FloatArray) -> float:
-    """Return the share of cameras whose axis hits the enlarged box (2, 3) within range."""
+    """Return the share of cameras whose axis meets the enlarged box (2, 3) of a model.
+
+    The distance to the box must be at most `MAX_DISTANCE_DIAGONALS` of its diagonals.
+    """
     if not len(views):
         return 0.0
     size = bounds[1] - bounds[0]

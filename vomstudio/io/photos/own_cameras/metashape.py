@@ -37,10 +37,11 @@ def is_metashape(root: Element) -> bool:
 
 
 def read_metashape(path: Path, root: Element) -> list[Candidate]:
-    """Return the cameras in three frames. Raises InputError with line and element.
+    """Return the cameras in one or two frames. Raises InputError with line and element.
 
-    The frames are the reference system of the chunk, the chunk with its transform, and its internal
-    frame.
+    The first frame is the map of the reference system or, if that is local, the chunk with its
+    transform. The second is the inner frame of the chunk, which is the only one if there is no
+    transform. The chunk with the most aligned cameras is read.
     """
     chunks = [root] if root.tag == "chunk" else list(root.iter("chunk"))
     chunk = max(chunks, key=_aligned_count)
@@ -136,7 +137,10 @@ def _view(
 
 
 def _transform(path: Path, element: Element) -> FloatArray | None:
-    """Return the transform (4, 4) of a chunk or component, or None."""
+    """Return the transform (4, 4) of a chunk or component, or None.
+
+    Raises InputError if it is not valid.
+    """
     transform = element.find("transform")
     if transform is None:
         return None
@@ -213,10 +217,10 @@ def _project_view(view: View, transformer: Any) -> View:
 
 # --- lenses -----------------------------------------------------------------------------------
 def _lens(path: Path, sensor: Element) -> tuple[Intrinsics, str | None]:
-    """Return the lens, and the name of its model if that is not supported.
+    """Return the lens, and the name of its model if that is not supported, or None.
 
     Metashape's polynomial is that of OpenCV with p1 and p2 exchanged; its centre is relative to the
-    centre of the photo.
+    centre of the photo. Raises InputError if the sensor is damaged.
     """
     calibrations = sensor.findall("calibration")
     adjusted_calibrations = [

@@ -86,7 +86,7 @@ def read_micmac(folder: Path) -> list[Candidate]:
 
 
 def _check_error_px(path: Path, orientation: Element, view: View) -> float:
-    """Return the largest point error in the file in pixels; 0 if it has no points."""
+    """Return the largest error in pixels of the points in the file; 0 if it has no points."""
     rows = orientation.findall("Verif/Appuis")
     if not rows:
         return 0.0

@@ -38,7 +38,7 @@ _KNOWN_MODELS = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL
 
 
 def is_nerfstudio(data: Any) -> bool:
-    """Return whether the content of a JSON file is a list of frames with matrices."""
+    """Return whether the content of a JSON file has frames with matrices."""
     if not isinstance(data, dict) or not isinstance(data.get("frames"), list):
         return False
     return any(isinstance(row, dict) and "transform_matrix" in row for row in data["frames"])
@@ -47,8 +47,8 @@ def is_nerfstudio(data: Any) -> bool:
 def read_nerfstudio(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     """Read the cameras.
 
-    The candidates are the frame of the file, and the frame before the transform that nerfstudio
-    applied, which is that of a model from COLMAP.
+    The candidates are the frame of the file and, if the file states a transform that nerfstudio
+    applied, the frame before it, which is that of a model from COLMAP.
 
     Parameters
     ----------

@@ -89,7 +89,7 @@ def read_openmvg(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
 
 
 def _content(fields: JsonFields, field: str, row: Any) -> Mapping[str, Any]:
-    """Return the content of a serialised object."""
+    """Return the content of a serialised object. Raises InputError."""
     for key in ("value", "ptr_wrapper", "data"):
         row = fields.get(field, row, key)
     if not isinstance(row, Mapping):

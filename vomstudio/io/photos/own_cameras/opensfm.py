@@ -61,7 +61,7 @@ def is_shot_collection(data: Any) -> bool:
 
 
 def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[Candidate]:
-    """Read the cameras of a reconstruction.
+    """Read the cameras of the reconstruction with the most shots.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
 
 
 def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
-    """Return shots in UTM coordinates and relative to the offset of OpenDroneMap models.
+    """Return shots in UTM coordinates and, if known, relative to the offset of the models.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
 
 
 def find_offset(path: Path) -> tuple[float, float] | None:
-    """Return the east and north offset of OpenDroneMap models, from `coords.txt`."""
+    """Return the east and north offset of OpenDroneMap models in `coords.txt`, or None."""
     for folder in (path.parent, path.parent / ".." / "odm_georeferencing"):
         try:
             lines = read_small_text(folder / "coords.txt").split("\n")

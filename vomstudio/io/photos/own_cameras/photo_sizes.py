@@ -17,7 +17,7 @@ Size = tuple[int, int]
 
 
 def read_sizes(path: Path, names: Sequence[str]) -> dict[str, Size]:
-    """Return the sizes of photos by name.
+    """Return the sizes of photos by name, omitting photos that cannot be read.
 
     Parameters
     ----------
@@ -53,5 +53,5 @@ def unknown_size_findings(sizes: dict[str, Size], names: Sequence[str]) -> list[
 
 
 def placeholder_lens() -> Intrinsics:
-    """Return a lens for a photo of which only position and attitude can be used."""
+    """Return a lens for a photo that has a usable pose but no usable lens."""
     return pinhole_lens(2, 2, 2.0)

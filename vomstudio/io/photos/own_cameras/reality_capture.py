@@ -1,10 +1,10 @@
-"""Cameras of RealityCapture and RealityScan: tables "Internal/External camera parameters".
+"""Cameras of RealityCapture and RealityScan: "Internal/External camera parameters".
 
 Positions are in the output coordinate system of the project, and angles in degrees. The rotation
-from the camera (x right, y up, z backward) to the World frame rotates about z by minus the
-heading, then about x by the pitch, then about y by the roll. Focal length and principal point are
-in units of 35 mm film and of the longer side of the photo. The table does not state photo sizes.
-The convention is that of nerfstudio's reader `realitycapture_utils`.
+from the camera (x right, y up, z backward) to the World frame rotates about z by minus the heading,
+then about x by the pitch, then about y by the roll. The focal length is the 35 mm equivalent in
+millimetres; the principal point is in units of the longer side of the photo. The table does not
+state photo sizes. The convention is that of nerfstudio's reader `realitycapture_utils`.
 """
 
 from __future__ import annotations

@@ -115,7 +115,10 @@ def view_from_pose(
 
 
 def view_from_centre(name: str, lens: Intrinsics, rotation: FloatArray, centre: FloatArray) -> View:
-    """Return the view of a photo from its rotation and projection centre."""
+    """Return the view of a photo from its rotation and projection centre.
+
+    Raises ValueError if the pose is not valid.
+    """
     view = view_from_pose(name, lens, rotation, np.zeros(3))
     if not np.isfinite(centre).all() or find_invalid_points(centre[None]).any():
         raise ValueError(tr("the position is not on Earth"))

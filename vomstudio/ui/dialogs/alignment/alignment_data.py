@@ -57,7 +57,7 @@ Arrays = dict[str, AnyArray]
 
 @dataclass(eq=False)
 class ShownPhoto:
-    """Upright photo, with positions in pixels of the stored image.
+    """Upright photo, which converts positions in pixels of the stored image.
 
     Attributes
     ----------
@@ -180,7 +180,7 @@ class AlignmentData(QObject):
         callback: Callable[[DepthSummary, Arrays], None],
         error_callback: Callable[[str], None],
     ) -> None:
-        """Read the depth map of a photo, rotated upright."""
+        """Read the depth map of a photo, rotate it upright, and pass it to `callback`."""
         photo_path = self._photo_path(name)
 
         def create_request(array_path: Path) -> PhotoRequest:
@@ -262,7 +262,10 @@ class AlignmentData(QObject):
         self._requests[task_name] = (token, job)
 
     def read_coverage(self, name: str, callback: Callable[[float | None], None]) -> None:
-        """Pass the share of pixels with a depth, or None without a depth map, to `callback`."""
+        """Pass the share of the usable pixels of a photo that have a depth to `callback`.
+
+        The share is None if the photo has no depth map or the map cannot be read.
+        """
 
         def compute() -> float | None:
             if self._is_closed:

@@ -74,7 +74,7 @@ class CalibrationPage(QWidget):
         layout.addLayout(tables, 1)
 
     def fill(self) -> None:
-        """Show the cameras of the overview."""
+        """List the cameras of the reconstruction, and show the first one."""
         cameras = self._data.overview.cameras
         self.camera.clear()
         for number, camera in enumerate(cameras):
@@ -234,7 +234,7 @@ class CalibrationPage(QWidget):
 
 
 def _fit_height(table: QTableWidget) -> None:
-    """Set the height of a table to that of its rows."""
+    """Set the height of a table so that all rows are visible."""
     rows_height = sum(table.rowHeight(row) for row in range(table.rowCount()))
     table.setFixedHeight(rows_height + table.horizontalHeader().sizeHint().height() + 4)
 

@@ -136,7 +136,7 @@ class MatchPage(QWidget):
         self.table.select_row(lambda values: values[:2] == (a, b))
 
     def show_pair(self, a: str, b: str) -> None:
-        """Show two photos by their names."""
+        """Show the matches of two photos, given by their names."""
         self._pair = (a, b)
         self._photos, self._arrays = {}, None
         self.matrix.show_pair(self._names.index(a), self._names.index(b))

@@ -30,8 +30,8 @@ _WEAK_COLOR = QColor("#d55e00")
 class PairMatrix(QWidget):
     """Matrix of photo pairs, coloured by the number of inliers.
 
-    Weak pairs are framed, and pairs without matches are empty. `pair_selected` emits rows (i, j)
-    of two photos with i < j.
+    Weak pairs are framed if the cells are large enough, and pairs without inliers are grey.
+    `pair_selected` emits rows (i, j) of two photos with i < j.
     """
 
     pair_selected = Signal(int, int)

@@ -11,7 +11,8 @@ import numpy.typing as npt
 def exaggeration(lengths: npt.ArrayLike, long_side_px: float) -> int:
     """Return a round factor by which residual vectors are enlarged.
 
-    A vector of median length becomes at most a fiftieth of the long side of the photo.
+    A vector of median length becomes at most a fiftieth of the long side of the photo, unless it is
+    longer without enlargement.
 
     Parameters
     ----------
@@ -23,7 +24,7 @@ def exaggeration(lengths: npt.ArrayLike, long_side_px: float) -> int:
     Returns
     -------
     int
-        Exaggeration factor; 1 if there are no residuals.
+        Exaggeration factor; 1 if the median is zero or there are no residuals.
     """
     lengths_px = np.asarray(lengths, np.float64)
     median_px = float(np.median(lengths_px)) if len(lengths_px) else 0.0

@@ -46,7 +46,8 @@ def list_sections(folder: Path) -> dict[str, list[Page]]:
     -------
     dict
         Pages, keyed by the heading under which the first page links to them. The key of the
-        first page itself is "", and that of pages without a link is "More".
+        first page and of links before its first heading is "", and that of pages without a link is
+        "More".
 
     Raises
     ------
@@ -87,6 +88,6 @@ def help_address(figure: Figure) -> str:
 
 
 def anchor(heading: str) -> str:
-    """Return the anchor of a heading, in the form that the site and code hosts generate."""
+    """Return the anchor of a heading, as the documentation site and code hosts generate it."""
     text = re.sub(r"[^\w\s-]", "", heading.lower())
     return re.sub(r"[\s-]+", "-", text).strip("-")

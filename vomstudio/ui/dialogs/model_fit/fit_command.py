@@ -88,7 +88,10 @@ def copy_fit(
     stable_part_box: StablePartBox,
     points: PointPairs,
 ) -> None:
-    """Copy the command to the clipboard. Ask for a table first if points were clicked."""
+    """Copy the command of the fit to the clipboard.
+
+    If points were clicked, they are first written to a file that the user selects.
+    """
     from vomstudio.io.control.writing import write_pairs
 
     path = studio.project.find_model(model)

@@ -189,7 +189,7 @@ class FitDialog(QDialog):
     # --- points ------------------------------------------------------------------------------
     @property
     def reference(self) -> OtherModel | None:
-        """Model to which this model is fitted, or None before it is selected."""
+        """Reference model, or None if no usable model is selected."""
         return self.reference_view.model
 
     def _find_model(self) -> Model | None:
@@ -247,7 +247,7 @@ class FitDialog(QDialog):
         self._show_pairs()
 
     def _handle_edit(self, *_: object) -> None:
-        """Reset the reference if an edit moved or removed it."""
+        """Reset the reference if an edit moved or removed it; close if the model was removed."""
         model, reference = self._find_model(), self.reference
         if model is None:
             self.reject()
@@ -436,7 +436,7 @@ class FitDialog(QDialog):
             )
 
     def _create_record(self) -> Registration | None:
-        """Create the registration, including the error of the reference."""
+        """Return the registration with the error of the reference, or None before a fit."""
         from vomstudio.studio.placing.registering import add_reference_error, create_registration
 
         model, reference = self._find_model(), self.reference

@@ -120,7 +120,7 @@ class PickingView(Viewport):
         painter.drawText(label_position, label)
 
     def _to_pixel(self, point: FloatArray) -> QPointF | None:
-        """Project a point of the model to a pixel; return None if the point is hidden."""
+        """Project a point of the model to a pixel; return None if it is behind the camera."""
         assert self.model is not None
         world = transform.apply(transform.matrix(self.model.to_world), point[None])
         (x, y), depth = (values[0] for values in self.camera.project(world, self.extent()))

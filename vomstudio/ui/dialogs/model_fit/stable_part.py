@@ -20,7 +20,10 @@ _WHOLE_REFERENCE, _NEAR_POINTS, _CLIPPING_BOX, _POLYGONS, _NEAR_MODEL = range(5)
 
 
 class StablePartBox(QWidget):
-    """Selection of the stable part; `changed` reports selections, `message` progress."""
+    """Selection of the stable part.
+
+    `changed` is emitted when the selection changes, and `message` with texts about the progress.
+    """
 
     changed = Signal()
     message = Signal(str)
@@ -93,7 +96,7 @@ class StablePartBox(QWidget):
         return None
 
     def selected_part(self, pairs: Sequence[HomologousPoint]) -> StableArea | None:
-        """Return the selected part, or None for the whole reference."""
+        """Return the selected part, or None for the whole reference or a missing selection."""
         index, box = self.part_box.currentIndex(), self._studio.display.box
         if index == _NEAR_POINTS:
             return StableArea(
@@ -107,14 +110,14 @@ class StablePartBox(QWidget):
         return StableArea(polygons=self._polygons) if index == _POLYGONS else None
 
     def mask_file(self) -> Path | None:
-        """Return the file of the selected part, or None for the whole reference."""
+        """Return the file that defines the selected part, or None if it is not in a file."""
         mask = self.stable_model.current()
         if self.part_box.currentIndex() == _NEAR_MODEL and mask is not None:
             return mask.path
         return self._polygons if self.part_box.currentIndex() == _POLYGONS else None
 
     def mask_problem(self) -> Finding | None:
-        """Return a finding if the stable part is not in a file that a command can read."""
+        """Return a finding if the stable part is not in a file, as a command requires, or None."""
         if self.part_box.currentIndex() in (_NEAR_POINTS, _CLIPPING_BOX):
             return Finding("action.stable-part-without-file")
         return None

@@ -1,4 +1,4 @@
-"""Drawing of a survey plan in front view and plan view."""
+"""Drawing of a survey plan in two views."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ _MAX_ARROWS, _MAX_LABELS = 400, 40
 
 
 class PlanDrawing(QWidget):
-    """Front view and plan view of a survey plan, aligned and at the same scale."""
+    """Two aligned views of a survey plan at the same scale.
+
+    These are a front view and a plan view of a face, or a plan view and a side view of terrain.
+    """
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""Dialog of the survey planner, with figures from `photogrammetry.survey.planning`."""
+"""Dialog of the survey planner, for plans of `photogrammetry.survey.planning`."""
 
 from __future__ import annotations
 
@@ -330,7 +330,7 @@ class PlannerDialog(QDialog):
 
 
 def _camera_matches(text: str) -> list[Match]:
-    """Return the list lines and names of the cameras in the table that match a text."""
+    """Return the list entry and the name of each camera in the table that matches a text."""
     return [
         (
             model.common_label

@@ -17,7 +17,7 @@ _MIN_TABLE_HEIGHT_PX = 130
 
 
 class AgreementTable(QWidget):
-    """Table of matching planes, hidden unless both models of the project have planes."""
+    """Table of the matching planes of two models, hidden unless both models have planes."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -50,11 +50,11 @@ class AgreementTable(QWidget):
         self.hide()
 
     def invalidate(self) -> None:
-        """Discard the displayed result after features or models have changed."""
+        """Mark the displayed result as outdated after features or models have changed."""
         self._model_ids = None
 
     def show_models(self, model_id: str, other_id: str) -> None:
-        """Show the agreement of two models, given by id.
+        """Show the agreement between the planes of two models, given by id.
 
         An empty id represents a model outside the project. The same pair is recomputed only after a
         call to `invalidate`.

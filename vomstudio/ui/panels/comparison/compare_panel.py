@@ -78,7 +78,7 @@ class ComparePanel(QWidget):
     Attributes
     ----------
     comparison : ModelComparison or None
-        The most recent comparison.
+        The most recent comparison, or None before the first one.
     """
 
     def __init__(self, studio: Studio) -> None:
@@ -144,7 +144,7 @@ class ComparePanel(QWidget):
 
     # --- models ------------------------------------------------------------------------------
     def refresh(self, *_: object) -> None:
-        """Show the current model if the panel is visible."""
+        """Show the current model and its stored comparison if the panel is visible."""
         if not self.isVisible():
             return
         model = current_model(self._studio) if self._studio.has_project else None
@@ -224,7 +224,11 @@ class ComparePanel(QWidget):
     def _show_stored_comparison(
         self, model_id: str, comparison: ModelComparison, content: object
     ) -> None:
-        """Show a stored comparison unless the model has changed or a comparison is running."""
+        """Show a stored comparison.
+
+        Nothing is shown if its file is damaged, another model is current, or a comparison is
+        running.
+        """
         if content is None or self._model is None or self._model.id != model_id or self._job:
             self.message.setText("")
             return
@@ -282,7 +286,10 @@ class ComparePanel(QWidget):
         copy_command(self._studio, ["compare", path, other_model.path, project_option, *options])
 
     def _create_options(self, model: Model) -> CompareOptions:
-        """Return the options; the registration error of the model is the default error."""
+        """Return the options of the selected method.
+
+        For M3C2, a missing registration error is replaced with that of the model.
+        """
         if self.method.currentIndex() != 1:
             return CompareOptions()
         options = self.limits.options()
@@ -449,11 +456,16 @@ def _read_comparison(path: Path) -> tuple[dict[str, Any], float, Any]:
     Returns
     -------
     dict
-        Fields by name.
+        Fields (n,) by name.
     float
         Limit of the colour range in metres.
     Any
-        Histogram of the distances.
+        Histogram of the distances, as returned by `count_distances`.
+
+    Raises
+    ------
+    ValueError
+        If a field does not contain one number per point.
     """
     with open_arrays(path) as arrays:
         fields = dict(arrays)

@@ -20,7 +20,8 @@ _MARGIN_PX = 8.0
 def count_distances(distances: FloatArray, limit_m: float) -> IndexArray:
     """Count distances (n,) in bins from -limit_m to limit_m.
 
-    NaNs are ignored. Distances beyond the limits are counted in the outermost bins.
+    Values that are not finite are ignored. Distances beyond the limits are counted in the
+    outermost bins.
     """
     clipped_distances = np.clip(distances[np.isfinite(distances)], -limit_m, limit_m)
     return np.histogram(clipped_distances, bins=_BIN_COUNT, range=(-limit_m, limit_m))[0]

@@ -33,11 +33,11 @@ class GridRequest:
         Points to be covered, in the frame of the model file, or in the World frame if `world` is
         True.
     plane : Plane or None
-        Plane of the face, or None for the plane that faces the view.
+        Plane of the face, or None for a plane perpendicular to the view direction.
     view : (float, float)
         Trend and plunge of the view direction in degrees.
     cell_m : float or None
-        Side length of a cell in metres, or None for the proposed length.
+        Side length of a cell in metres, or None for the result of `proposed_cell_m`.
     """
 
     model: Model
@@ -78,7 +78,10 @@ def create_face_grid(request: GridRequest) -> FaceGrid:
 
 
 def proposed_cell_m(points: FloatArray, frame: ViewFrame) -> float:
-    """Return the proposed side length of a cell: 1, 2 or 5 times a power of ten, in metres."""
+    """Return the proposed side length of a cell: 1, 2 or 5 times a power of ten, in metres.
+
+    The longer side of the points in the view frame has about eight cells.
+    """
     if not len(points):
         return 1.0
     projection = points @ np.stack([frame.right, frame.down], axis=1)
@@ -110,7 +113,7 @@ def compute_grid_coverage(request: CoverageRequest) -> FaceCoverage:
 
 
 def figures_html(coverage: FaceCoverage, unit: str) -> str:
-    """Format the figures of a coverage as HTML; `unit` is "m" if lengths are metric."""
+    """Format the figures of a coverage as HTML; `unit` is the unit of length in the text."""
     rows = [
         (tr("Coverage"), _percent_text(coverage.looked_at_share)),
         *(

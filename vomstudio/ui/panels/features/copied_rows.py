@@ -21,7 +21,7 @@ _AZIMUTH_TITLES = {
 
 
 def format_rows(rows: Sequence[Row], columns: Sequence[FeatureColumn]) -> str:
-    """Format rows as tab-separated lines, the first of which has titles and units.
+    """Format rows as tab-separated lines below a line with titles and units.
 
     An attitude has two columns, in the notation of the rows. Cells of undefined and infinite values
     are empty.

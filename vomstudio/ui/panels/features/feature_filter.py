@@ -71,7 +71,7 @@ def help_text() -> str:
 
 
 def _figures_by_word() -> dict[str, tuple[Figure, ...]]:
-    """Map each word to its figures, including every figure by its name in files.
+    """Map each filter word to its figures; the name of a figure in files is also a word.
 
     `kind` means the feature type in files but the class of the feature in filters, so it is mapped
     to both.
@@ -143,7 +143,7 @@ def _create_test(token: str) -> Test:
 
 
 def _value_error(token: str, key: str, form: Form) -> UsageError:
-    """Create the error about an invalid value in a condition, with a valid example."""
+    """Create the error about an invalid value in a condition."""
     if form == "text":
         example = "joint" if key == "type" else "word"
         return UsageError(Finding("filter.needs-word", condition=token, name=key, example=example))
@@ -208,7 +208,7 @@ def _create_number_test(token: str, key: str, figure: Figure, op: str, value: st
 
 
 def _create_defined_test(figure: Figure, compare: Callable[[float], bool]) -> Test:
-    """Create a test that rejects undefined values of a figure."""
+    """Create a test that compares the values of a figure and rejects undefined values."""
 
     def test(row: Row) -> bool:
         value = row.value(figure)

@@ -59,7 +59,7 @@ class Row(Subject):
 
     @property
     def overturned(self) -> bool | None:
-        """Whether the feature is overturned, or None if it cannot be."""
+        """Whether the feature is overturned, or None if this is unknown or impossible."""
         if not hasattr(self.feature, "overturned") or not may_be_overturned(self.feature):
             return None
         value = self.feature.overturned
@@ -84,7 +84,7 @@ class Row(Subject):
 
     @cached_property
     def search_text(self) -> str:
-        """All texts in lower case, searched for filter words that name no column."""
+        """Lower-case texts of the feature that are searched for the words of a filter."""
         return "\n".join(
             (
                 self.feature.name,
@@ -105,7 +105,7 @@ class Row(Subject):
         ).casefold()
 
     def _find_figure(self, figure: Figure) -> Figure | None:
-        """Return the kind's own version of a figure, or None if it has no figure of that name."""
+        """Return the version of a figure for the feature's kind, or None if it does not apply."""
         if figure in (CLASS, catalogue.DOMAIN):
             return figure
         kind_figure = _KIND_FIGURES[get_kind(self.feature).name].get(figure.name)
@@ -117,7 +117,11 @@ class Row(Subject):
         return None if kind_figure is None else kind_figure.value(self)
 
     def text(self, figure: Figure) -> str:
-        """Format a figure as text, which is empty if the feature's kind does not have it."""
+        """Format a figure as text.
+
+        A figure that does not apply to the feature is formatted as an undefined value, or as an
+        empty text if features of this kind have no orientation.
+        """
         kind_figure = self._find_figure(figure)
         if kind_figure is None:
             return figure.value_text(None) if self.has_orientation else ""

@@ -13,7 +13,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 def measured_planes(studio: Studio, features: Sequence[Feature]) -> list[OrientedPlane]:
-    """Collect the planes of project features, skipping features that have none."""
+    """Collect the planes of project features; features without a plane are omitted."""
     measurements: Mapping[str, Measurement] = studio.measured(f.id for f in features)
     return oriented_planes(
         studio, ((f, measurements[f.id]) for f in features if f.id in measurements)

@@ -28,7 +28,8 @@ MAX_ANGLE_DEG = 15.0
 def describe_parallel_beds(studio: Studio) -> list[str]:
     """Describe the selected traces as parallel beds in rich text.
 
-    The result is empty if the traces have different types or do not determine a plane.
+    The result is empty unless the selection consists of 2 to `MAX_TRACES` traces of one type that
+    determine nearly parallel planes.
     """
     ids = list(studio.selection.ids)
     if not 2 <= len(ids) <= MAX_TRACES:
@@ -49,7 +50,10 @@ def describe_parallel_beds(studio: Studio) -> list[str]:
 
 
 def _has_divergent_planes(measurements: list[Measurement]) -> bool:
-    """Return whether two accurate planes differ by more than `MAX_ANGLE_DEG`."""
+    """Return whether any two planes differ by more than `MAX_ANGLE_DEG`.
+
+    Planes whose 95 % error is unknown or not smaller than this angle are ignored.
+    """
     normals = [
         m.plane.normal()
         for m in measurements

@@ -29,7 +29,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 def default_line_type(studio: Studio) -> str:
-    """Return the default type of an intersection: lineation, or else another line type."""
+    """Return the id of the default intersection type: lineation, or else another line type."""
     feature_types = studio.session.of(FeatureType)
     sorted_types = sorted(feature_types, key=lambda k: (k.id != "lineation", k.geometry != "line"))
     return sorted_types[0].id
@@ -38,7 +38,7 @@ def default_line_type(studio: Studio) -> str:
 def selected_intersection(studio: Studio) -> Intersection | None:
     """Create the intersection of the two selected planes without storing it.
 
-    Returns None if the selection is not two planes.
+    Returns None unless exactly two planes are selected.
     """
     ids = studio.selection.ids
     if len(ids) != 2 or not all(has_plane(studio.records.get(i)) for i in ids):
@@ -78,7 +78,10 @@ def keep_intersection(studio: Studio) -> None:
 
 
 def format_relation(measurement: Measurement) -> list[str]:
-    """Format the angle, intersection line, error and reasons as lines of rich text."""
+    """Format the angle, intersection line, error and reasons as lines of rich text.
+
+    If the intersection line is unknown, the only line is the reason.
+    """
     if measurement.line is None:
         return [escape(str(measurement.problem or "–"))]
     intersection = (
@@ -160,7 +163,7 @@ class IntersectionDialog(QDialog):
         return default
 
     def intersection(self) -> Intersection | None:
-        """Create the selected intersection; return None if both groups are the same."""
+        """Create the selected intersection; return None if the groups are equal or missing."""
         first_group, second_group = self.first.currentData(), self.second.currentData()
         if first_group is None or second_group is None or first_group == second_group:
             return None

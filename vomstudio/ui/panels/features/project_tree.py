@@ -220,7 +220,7 @@ class ProjectTree(QWidget):
     ) -> tuple[QTreeWidgetItem, QTreeWidgetItem | None]:
         """Return the item of a record, which is created if necessary, and its new parent.
 
-        An item that is already in the right group has no new parent.
+        The new parent is None if the item is already in the right group.
         """
         parent = self._items.get(group) or self._add_group(group, group.capitalize(), "1")
         item = self._items.get(record.id)
@@ -281,7 +281,7 @@ class ProjectTree(QWidget):
 
     # --- content of the visible rows ---------------------------------------------------------
     def _cached_row(self, feature: Feature) -> Row:
-        """Return the row of a feature, which caches its texts until the filter changes."""
+        """Return the cached row of a feature, or a new row if the feature has changed."""
         measurement = self._studio.measured([feature.id])[feature.id]
         row = self._rows.get(feature.id)
         if row is None or row.feature is not feature or row.measured is not measurement:
@@ -289,7 +289,7 @@ class ProjectTree(QWidget):
         return row
 
     def _content(self, id_: str, column: int, role: int) -> Any:
-        """Return the content of a feature's item for a Qt role."""
+        """Return the content of a feature's item for a column and a Qt role, or None."""
         # Most of the roles that Qt requests for every cell have no content.
         if (read_content := _CONTENT_READERS.get((column, role))) is None:
             return None
@@ -337,7 +337,7 @@ class ProjectTree(QWidget):
         Returns
         -------
         bool
-            Whether any feature is hidden or shown now.
+            Whether any feature has become hidden or visible.
         """
         studio = self._studio
         features = studio.session.features()
@@ -564,7 +564,7 @@ def _check_state(is_visible: bool) -> Qt.CheckState:
 
 
 def _drag_flag(feature: Feature) -> Qt.ItemFlag:
-    """Return the flag of features that can be dragged onto another type."""
+    """Return the drag flag if a feature can be dragged onto another type, or no flag."""
     can_drag = get_kind(feature).has_feature_type
     return Qt.ItemFlag.ItemIsDragEnabled if can_drag else Qt.ItemFlag.NoItemFlags
 

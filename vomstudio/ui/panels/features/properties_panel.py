@@ -214,13 +214,13 @@ class PropertiesPanel(QWidget):
             self._stack.setCurrentIndex(0)
 
     def _set_plane(self, field: str, plane_id: str) -> None:
-        """Set the plane that contains the lines; removing it clears the sense of slip."""
+        """Set the plane that contains the selected lines; removing it clears the sense of slip."""
         records = self._studio.records
         has_slip = any(hasattr(records.get(id_), "slip") for id_ in self._shown_ids)
         self._change(**{field: plane_id}, **({"slip": ""} if has_slip and not plane_id else {}))
 
     def _show_relation(self) -> None:
-        """Show the relation of two selected planes, and that of bedding traces of one type."""
+        """Show the relation of two selected planes and the distances between parallel beds."""
         intersection = plane_relations.selected_intersection(self._studio)
         bed_lines = describe_parallel_beds(self._studio)
         self._relation_label.setVisible(intersection is not None or bool(bed_lines))
@@ -273,7 +273,7 @@ class PropertiesPanel(QWidget):
         )
 
     def _show_rename(self, features: list[Feature]) -> None:
-        """Offer the next name of the type to features with the automatic name of another type."""
+        """Offer to rename features that have the automatic name of another type."""
         records = self._studio.records
         misnamed_features = edits.find_misnamed_features(records, features)
         self._form.setRowVisible(self.rename, bool(misnamed_features))
@@ -337,7 +337,7 @@ class PropertiesPanel(QWidget):
 
 
 def _common_geometry(records: Iterable[Record | None]) -> Literal["plane", "line"] | None:
-    """Return the geometry of the types that suit all typed features, or None if it differs."""
+    """Return the type geometry that all typed features require, or None if there is none."""
     first_records = {type(record): record for record in records}.values()
     kinds = [get_kind(record) for record in first_records if isinstance(record, TypedFeature)]
     geometries = {kind.type_geometry for kind in kinds}

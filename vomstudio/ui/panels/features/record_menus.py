@@ -39,7 +39,8 @@ class RecordMenus(QObject):
     actions : callable
         Returns the actions of a record in groups.
     edit_type : callable
-        Opens the dialog of feature types at the given id; an empty string means the current type.
+        Opens the dialog of feature types and selects the type with the given id, or the current
+        type if the id is empty.
     """
 
     def __init__(

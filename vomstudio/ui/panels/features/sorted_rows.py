@@ -140,7 +140,11 @@ class SortedRows(QAbstractTableModel):
         self._positions = dict(zip(source_rows, count(), strict=False))
 
     def _update_shown_rows(self, target: list[int]) -> None:
-        """Show these source rows in order, with the smallest possible change to the views."""
+        """Show these source rows in order.
+
+        Up to `MAX_SINGLE_UPDATES` changed rows are updated one by one, otherwise all rows are
+        replaced.
+        """
         if target == self._shown_rows:
             return
         target_set = set(target)

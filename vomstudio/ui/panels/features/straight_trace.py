@@ -39,7 +39,10 @@ def describe_trace_band(studio: Studio, feature_id: str, measurement: Measuremen
 
 
 def describe_crossing(studio: Studio) -> list[str]:
-    """Describe the plane that contains two selected straight traces, as rich text."""
+    """Describe the plane that contains two selected straight traces, as rich text.
+
+    The list is empty unless exactly two straight traces are selected.
+    """
     ids = studio.selection.ids
     measurements = studio.measured(ids)
     bands = [measured_band(measurements[id_]) for id_ in ids if id_ in measurements]

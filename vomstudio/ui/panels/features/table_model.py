@@ -189,7 +189,7 @@ class OrientationModel(QAbstractTableModel):
         self.endResetModel()
 
     def read_rows(self) -> list[Row]:
-        """Create the rows of all features without showing them."""
+        """Create the rows of all listed features without showing them."""
         features = [f for f in self._studio.session.features() if _is_listed(f)]
         measurements = self._studio.measured(feature.id for feature in features)
         return [create_row(self._studio, feature, measurements[feature.id]) for feature in features]
@@ -257,14 +257,24 @@ class OrientationModel(QAbstractTableModel):
         return self._rows[source_row]
 
     def update_comparisons(self) -> None:
-        """Update the comparisons of readings after other rows have changed."""
+        """Repaint the angles between readings and picks after other rows have changed."""
         if self._rows and any(self._studio.session.of(record) for record in _READING_RECORDS):
             self.dataChanged.emit(
                 self.index(0, _TO_PICK_COLUMN), self.index(len(self._rows) - 1, _TO_PICK_COLUMN)
             )
 
     def used_columns(self, ids: Iterable[str] | None = None) -> set[int]:
-        """Return the sparse columns in which any of these rows (by default, all) has a value."""
+        """Return the numbers of the sparse columns that are not empty in the rows of features.
+
+        Parameters
+        ----------
+        ids : iterable of str, optional
+            Ids of the features; by default, all rows are included.
+
+        Returns
+        -------
+        set of int
+        """
         rows = self._rows
         if ids is not None:
             rows = [self._rows[i] for id_ in ids if (i := self._source_rows.get(id_)) is not None]
@@ -329,7 +339,7 @@ class OrientationModel(QAbstractTableModel):
         return self.cell(index.row(), index.column(), role)
 
     def cell(self, source_row: int, column_number: int, role: int) -> Any:
-        """Return the data of a cell of a source row for a Qt role."""
+        """Return the data of a cell of a source row for a Qt role, or None if it has no data."""
         row, column = self._rows[source_row], COLUMNS[column_number]
         if column is OVERTURNED:
             if role == Qt.ItemDataRole.CheckStateRole and row.overturned is not None:

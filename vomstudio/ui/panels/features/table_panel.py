@@ -154,7 +154,10 @@ class TablePanel(QWidget):
         studio.filters.append((self, self._find_hidden_ids))
 
     def _find_hidden_ids(self, ids: Iterable[str]) -> set[str]:
-        """Return the ids of the features among `ids` that the filter hides."""
+        """Return the ids of the features among `ids` that the filter hides.
+
+        While a filter is active, features that the table does not list count as hidden.
+        """
         if self._filter.test is None:
             return set()
         return {
@@ -269,7 +272,7 @@ class TablePanel(QWidget):
         self._filling_work.start(self._update(ids))
 
     def _update(self, ids: list[str]) -> Iterator[None]:
-        """Update the rows of features, many of them in steps between events."""
+        """Update the rows of features; many rows are updated in steps between events."""
         was_empty = self.model.rowCount() == 0
         records = self._studio.records
         has_moved_rows = self.model.update([id_ for id_ in ids if id_ not in records])
@@ -297,7 +300,7 @@ class TablePanel(QWidget):
             self._show_selection(self._studio.selection.ids)
 
     def _widen_columns(self, ids: list[str]) -> None:
-        """Widen columns to fit the rows of these features."""
+        """Widen columns to fit the rows of the first `MAX_WIDENING_ROWS` of these features."""
         source_rows = [
             source_row
             for id_ in ids[:MAX_WIDENING_ROWS]
@@ -317,7 +320,7 @@ class TablePanel(QWidget):
                 self.view.setColumnWidth(i, min(420, width))
 
     def _hide_unused_columns(self) -> None:
-        """Hide the columns that the user has hidden, and those without any value."""
+        """Hide the columns that the user has hidden, and sparse columns without values."""
         for i, column in enumerate(COLUMNS):
             is_unused = i in SPARSE_COLUMNS and i not in self._used_columns
             is_hidden = column.title in self._studio.settings.hidden_columns

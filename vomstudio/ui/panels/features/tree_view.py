@@ -253,7 +253,7 @@ class FeatureTree(QTreeWidget):
         return selection
 
     def update_items(self, items: Sequence[QTreeWidgetItem]) -> None:
-        """Repaint items whose content has changed; if there are many, all rows of all groups."""
+        """Repaint items whose content has changed, or all rows if many items have changed."""
         model = self.model()
         ranges: list[tuple[QModelIndex, int, int]] = []
         if len(items) > MAX_SINGLE_ITEMS:
@@ -332,7 +332,7 @@ class FeatureTree(QTreeWidget):
         return None
 
     def _highlight(self, group: QTreeWidgetItem | None) -> None:
-        """Highlight the group that receives the dropped features, or no group if None."""
+        """Highlight the group that receives the dropped features; None ends highlighting."""
         if group is self._target_group:
             return
         with QSignalBlocker(self):

@@ -86,7 +86,7 @@ class FractureRequest:
     options : FractureOptions
         Only the snapping distance and the Terzaghi cap are used.
     cells : GridCells or None
-        Cells that form the sampling region.
+        Cells that form the sampling region, or None for another kind of region.
     crs : str or None
         CRS of the World frame, or None for a local frame.
     """
@@ -167,7 +167,7 @@ def region_mark(region_kind: str, numbers: tuple[float, ...]) -> DrawingMark | N
 
 
 def analyse_fractures(request: FractureRequest) -> FractureResult:
-    """Run the analysis of `vomstudio fractures` in a worker thread."""
+    """Count fractures as in the command `fractures`. Runs in a worker thread."""
     from vomstudio.geology.fractures.network import SamplingRegion
     from vomstudio.geology.fractures.trace_plane import TracePlane
     from vomstudio.products.fractures.mapping import FractureMapRequest, map_fractures
@@ -317,7 +317,7 @@ def _create_drawing(
 
 
 def draw_figure(mapped_network: MappedNetwork, dpi: float = 150.0) -> bytes:
-    """Draw the figure as PNG in a worker thread."""
+    """Draw the figure as PNG. Runs in a worker thread."""
     from vomstudio.products.fractures.figure import write_fractures
 
     file = io.BytesIO()
@@ -326,7 +326,7 @@ def draw_figure(mapped_network: MappedNetwork, dpi: float = 150.0) -> bytes:
 
 
 def write_figure(mapped_network: MappedNetwork, path: Path) -> None:
-    """Write the figure as SVG, PDF or PNG in a worker thread."""
+    """Write the figure as SVG, PDF or PNG. Runs in a worker thread."""
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.fractures.figure import write_fractures
 

@@ -374,7 +374,7 @@ class FracturesPanel(AnalysisPanel[FractureRequest, FractureResult]):
             self._write(write_figure, network, path)
 
     def copy_command(self) -> None:
-        """Ask for the GeoPackage of the traces and copy the command to the clipboard."""
+        """Write the traces to a GeoPackage selected by the user, and copy the command."""
         result = self.result
         if result is None or result.network is None:
             return
@@ -435,7 +435,7 @@ def fractures_command(result: FractureResult, traces: Path) -> CommandArguments:
 
 
 def _common_crs(models: Iterable[Model | None]) -> str | None:
-    """Return the common CRS of the models, or None for a local frame."""
+    """Return the common CRS of the models, or None for local or different frames."""
     frames = {None if m is None else (m.frame.crs, m.frame.unit_m) for m in models}
     frame = frames.pop() if len(frames) == 1 else None
     return None if frame is None else world_crs(*frame)
@@ -462,6 +462,6 @@ def _result_html(result: FractureResult | None) -> str:
 
 
 def _typeset(text: str) -> str:
-    """Replace the plain-text symbols used in the terminal with typographic ones."""
+    """Replace plain-text symbols with typographic ones, and remove a repeated note."""
     repeated_note = tr(" (95 %, assuming independently placed traces)")
     return text.replace(repeated_note, "").replace("+-", "±").replace("m2", "m²")

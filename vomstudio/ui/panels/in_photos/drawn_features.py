@@ -23,7 +23,7 @@ def draw_features(
     view: int,
     drawings: Sequence[FeatureDrawing],
 ) -> list[Drawn]:
-    """Draw features over a photo in order, and emit the result in batches."""
+    """Draw features over a photo in order, and emit the drawings so far after each batch."""
     overlays: list[Drawn] = []
     for number, drawing in enumerate(drawings, start=1):
         overlays += _draw_feature(photos, view, drawing)

@@ -32,9 +32,9 @@ class FeaturePhoto(QObject):
     Attributes
     ----------
     photos : ModelPhotos or None
-        Photos of the model.
+        Photos of the model, or None if there are none.
     view : int or None
-        Number of the displayed photo.
+        Number of the displayed photo, or None if no photo is displayed.
     target : (n, 3) array
         Points in the World frame that should be visible.
     pointer : Signal
@@ -176,7 +176,7 @@ class FeaturePhoto(QObject):
         return views.pixels(view, points), is_visible
 
     def draw(self, position: FloatArray | None) -> None:
-        """Draw the features, the tool and a cross at a `position` (3,) in the World frame."""
+        """Draw the features and a marker at a `position` (3,) in the World frame."""
         if self.photos is None or self.view is None:
             return
         views, cursor_pixel = self.photos.views, None

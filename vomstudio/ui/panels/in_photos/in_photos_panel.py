@@ -173,7 +173,7 @@ class InPhotosPanel(QWidget):
         self._schedule_refresh()
 
     def show_point(self, point: FloatArray | None) -> None:
-        """Show the photos in which a point (3,) in the World frame is visible."""
+        """Show the photos that show a point (3,) in the World frame; None discards the point."""
         self._clicked_point, self._is_following = point, True
         self._schedule_refresh()
 
@@ -204,9 +204,9 @@ class InPhotosPanel(QWidget):
             self._show_photo(photos.views.row(previous_photo), zoom_to_target=False)
 
     def _choose_model(self) -> ModelPhotos | None:
-        """Return the photos of the selected feature's model, otherwise those of the first model.
+        """Return the photos of the selected feature's model, or else of the first model.
 
-        Hidden models are skipped.
+        Hidden models are skipped. The result is None if no visible model has photos.
         """
         records, ids = self._studio.records, self._links.models()
         tool = self._studio.open_tool
@@ -368,7 +368,7 @@ class InPhotosPanel(QWidget):
         self.summary.setText(text)
 
     def _update_message(self) -> None:
-        """Show the message of an empty panel, and the buttons that remedy it."""
+        """Show why the panel is empty, and the buttons that locate photos or cameras."""
         button_names: set[str] = set()
         message = ""
         models = [m for m in self._studio.session.of(Model) if m.id in self._studio.models]

@@ -17,7 +17,7 @@ from vomstudio.ui.widgets.copied_command import CommandArguments, format_numbers
 
 
 def draw_figure(result: LogResult, dpi: float = 130.0) -> bytes:
-    """Draw the figure as PNG in a worker thread."""
+    """Draw the figure as PNG. Runs in a worker thread."""
     file = io.BytesIO()
     _write_figure(result, file, "png", dpi)
     return file.getvalue()

@@ -273,7 +273,7 @@ class BedLogPanel(AnalysisPanel[LogRequest, LogResult]):
             self._write(write, self.result, path)
 
     def copy_command(self) -> None:
-        """Ask for the file of the boundary table and copy the command to the clipboard."""
+        """Write the boundary table to a file selected by the user, and copy the command."""
         result = self.result
         if result is not None:
             copy_with_file(

@@ -78,7 +78,7 @@ class BedLogTable(QTableWidget):
         self._widen_notes()
 
     def _widen_notes(self) -> None:
-        """Give the remaining width to the notes, but at least the width of their header."""
+        """Fit the notes column to the remaining width, but at least to its header."""
         header = self.horizontalHeader()
         used_width = sum(header.sectionSize(column) for column in range(NOTES))
         min_width = header.sectionSizeHint(NOTES)

@@ -45,8 +45,9 @@ def net_command(
     contouring : Contouring
     notation : str
         Notation of the typed planes.
-    style, colors
-        Figure style, and the colours of feature types by name.
+    style : FigureStyle
+    colors : mapping of str to str
+        Colours of feature types by name.
     fold : FoldFilter, optional
         Filter of the planes that define the fold axis, or None if the axis is not drawn.
     """

@@ -74,7 +74,8 @@ class NetSource:
     Attributes
     ----------
     groups : Groups or None
-        Proposed sets, which replace the sets of the project on the net.
+        Proposed sets, which replace the sets of the project on the net, or None if no sets are
+        proposed.
     proposed : dict of str to ProposedPlanes
         Planes of proposed features, by the name of their panel.
     names : list of str
@@ -148,7 +149,7 @@ class NetSource:
     def contoured_type(self, sets: Iterable[NetSet]) -> str | None:
         """Return the name of the type that is contoured, or None for all sets together.
 
-        If the selected type is not shown, or none is selected, it is the most frequent one.
+        If the selected type is not shown, or its name is empty, the most frequent type is returned.
         """
         selected_contoured_type = self._view_settings.contoured_type
         if selected_contoured_type is None or self.groups is not None:
@@ -196,7 +197,10 @@ class NetSource:
         return tuple(split for s in sets for split in split_set(s, classes))
 
     def fold_planes(self, sets: Iterable[NetSet]) -> FoldPlanes | None:
-        """Return the rotated planes that define the fold axis, or None if no bedding is shown."""
+        """Return the rotated planes that define the fold axis.
+
+        The result is None if no bedding is shown or proposed sets replace the sets of the project.
+        """
         if self.groups is not None:
             return None
         records = self._studio.records
@@ -217,7 +221,10 @@ class NetSource:
         return repeats_note(count)
 
     def type_colors(self, ids: Iterable[str], style: FigureStyle) -> dict[str, str]:
-        """Return the figure colours (#rrggbb) of the types of features `ids`, by type name."""
+        """Return the figure colours (#rrggbb) of the features' types, by type name.
+
+        The names are in lower case, as in tables.
+        """
         types = {}
         records = self._studio.records
         for id_ in ids:
@@ -292,7 +299,8 @@ class NetSource:
     def error_ellipses(self, sets: Iterable[NetSet]) -> tuple[AnyEllipse, ...]:
         """Return the 95 % error ellipses of the features in the sets.
 
-        Features with unknown error are omitted. The result is empty if there are too many ellipses.
+        Features with unknown error are omitted. The result is empty for more than
+        `MAX_ERROR_ELLIPSES` features.
         """
         ids = [id_ for s in sets for id_ in s.ids]
         if len(ids) > MAX_ERROR_ELLIPSES:
@@ -327,7 +335,7 @@ class NetSource:
 
     # --- lines on planes ---------------------------------------------------------------------
     def slip_planes(self, sets: Iterable[NetSet]) -> tuple[NetCircle, ...]:
-        """Return the distinct planes in which the rakes of lines were measured."""
+        """Return the distinct planes in which rakes were measured, at most `MAX_PLANES`."""
         turning = self._view_settings.turning
         circles: dict[tuple[float, float], NetCircle] = {}
         for s in sets:
@@ -398,7 +406,10 @@ def _length(measurement: Measurement) -> float | None:
 
 
 def add_fold_axis(net: NetContents, planes: FoldPlanes | None) -> NetContents:
-    """Return a copy of the net with the fold axis of the planes. Runs in any thread."""
+    """Return a copy of the net with the fold axis of the planes. Runs in any thread.
+
+    If the axis cannot be computed, the net is returned unchanged.
+    """
     if planes is None or len(planes) < MIN_FOLD_PLANES:
         return net
     try:

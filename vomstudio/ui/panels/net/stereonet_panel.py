@@ -90,7 +90,7 @@ Larger nets are drawn in a worker thread; Matplotlib takes 0.1 s for 5,000 featu
 
 
 class StereonetPanel(QWidget):
-    """Panel with the stereonet, in which a click or a lasso selects features."""
+    """Panel with the stereonet or roses, in which a click or a lasso selects features."""
 
     menu_requested = Signal(str, QPoint)
     """Emits the id of the feature under the cursor and the screen position for its menu."""
@@ -186,10 +186,10 @@ class StereonetPanel(QWidget):
         follow_axes(self, studio, lambda _: self._schedule_redraw())
 
     def set_overlay(self, is_overlay: bool) -> None:
-        """Draw on translucent paper that leaves the corners of the outcrop visible.
+        """Enter or leave the overlay, which has translucent paper that covers only the net.
 
-        The tools are then visible only while they are needed, in two rows. Figures are copied from
-        the docked or enlarged net, or by a command.
+        In the overlay, the tools are in two rows that appear only under the cursor. Figures are
+        copied from the docked or enlarged net, or by a command.
         """
         self._paper_opacity = _OVERLAY_OPACITY if is_overlay else ""
         directions = QBoxLayout.Direction
@@ -218,7 +218,7 @@ class StereonetPanel(QWidget):
         return bool(self._paper_opacity) and self.canvas.width() < _MIN_LEGEND_PX
 
     def _place_corner_label(self) -> None:
-        """Place the label in the top left corner, or in the row below a small net."""
+        """Place the label in the top left corner, or at the bottom of a narrow overlay."""
         canvas, height = self.canvas, self._corner_label.sizeHint().height()
         if self._is_brief:
             self._corner_label.setGeometry(2, canvas.height() - height - 2, canvas.width(), height)
@@ -604,7 +604,7 @@ class StereonetPanel(QWidget):
         self._report_paper()
 
     def _report_paper(self) -> None:
-        """Report the area of the net and its texts, to which an overlay limits itself."""
+        """Emit the area of the net and its texts, the only area that an overlay covers."""
         region = QRegion() if self._net is None else self._net.paper_region
         if not region.isEmpty():
             region = region.united(self._corner_label.paper_rect())

@@ -27,8 +27,10 @@ class NetViewSettings(QObject):
     ----------
     texts : dict
         Typed text by field name.
-    circles, marks
-        Typed circles and marks before the rotation.
+    circles : tuple of NetCircle
+        Typed circles before the rotation.
+    marks : tuple of NetMark
+        Typed marks before the rotation.
     turning : NetRotation
         Rotation applied to all orientations.
     hidden_sets : frozenset of str
@@ -141,7 +143,7 @@ class NetViewSettings(QObject):
 
     @property
     def levels(self) -> tuple[float, ...]:
-        """Typed contour levels in ascending order; empty for round levels."""
+        """Typed contour levels in ascending order; if empty, round levels are chosen."""
         levels = [v for v in self._studio.settings.contour_levels if isinstance(v, int | float)]
         return tuple(sorted({float(v) for v in levels if math.isfinite(v) and v > 0}))[:MAX_LEVELS]
 

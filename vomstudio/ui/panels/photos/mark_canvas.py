@@ -54,11 +54,11 @@ class ShownMark:
     Attributes
     ----------
     pixel : Pixel
-        Position in the photo as stored.
+        Position in pixels of the stored photo.
     is_predicted : bool
         Whether this is a predicted position rather than a mark.
     is_worst : bool
-        Whether this mark has the largest residual of its point.
+        Whether this mark has the largest residual of its point, and the residual is not good.
     """
 
     label: str
@@ -113,7 +113,7 @@ class MarkCanvas(PhotoCanvas):
         self.update()
 
     def set_used(self, is_used: BoolArray | None) -> None:
-        """Set the (h, w) array that is True at used pixels.
+        """Set the array (h, w) that is True at used pixels, or None if no mask is shown.
 
         Call `update_mask` after changing its values.
         """
@@ -138,7 +138,7 @@ class MarkCanvas(PhotoCanvas):
         return self._marks
 
     def set_epipolar_line(self, pixels: FloatArray) -> None:
-        """Set the epipolar line of the selected point, with shape (k, 2) in pixels as stored."""
+        """Set the epipolar line (k, 2) of the selected point, in pixels of the stored photo."""
         self._epipolar_line = pixels
         self.update()
 

@@ -92,7 +92,10 @@ class MarkEditing(QObject):
         self._canvas.set_epipolar_line(self._marks.epipolar_line(selected_label, photo))
 
     def look_at_point(self, *, is_forced: bool = False) -> None:
-        """Zoom to the selected point if the mark tool is active."""
+        """Zoom to the selected point if the mark tool is active.
+
+        The view does not move if it already shows the point, unless `is_forced` is True.
+        """
         label, photo = self._points.label, self._photo.name
         if self._canvas.tool != MARK or not label:
             return

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def commands(opening: PhotoOpening, selected_photo: Callable[[], str | None]) -> list[Command]:
-    """Return the commands that open photos and import their files again.
+    """Return the commands that open a photo and import the files beside the photos again.
 
     Parameters
     ----------

@@ -78,7 +78,7 @@ class PhotoDocument(QObject):
         return next((s for s in photo_sets(self._studio.records) if s.path == path), None)
 
     def last_folder(self) -> Path | None:
-        """Return the most recently added folder of photos that still exists."""
+        """Return the most recently added photo folder that still exists, or None."""
         sets = reversed(list(photo_sets(self._studio.records)))
         return next((f for item in sets if (f := self.find_folder(item)) is not None), None)
 
@@ -90,7 +90,11 @@ class PhotoDocument(QObject):
         return next((path for path in paths if is_folder(path)), None)
 
     def find_moved_set(self) -> PhotoSet | None:
-        """Return the only set whose missing folder has this name, or None if not unique."""
+        """Return the photo set whose missing folder has the name of this folder.
+
+        The result is None if this folder already has a photo set, or unless exactly one set
+        matches.
+        """
         if self.folder is None or self.photo_set is not None:
             return None
         project_folder = self._studio.project.folder
@@ -131,12 +135,23 @@ class PhotoDocument(QObject):
         return {name: m.file for name, m in get_masks(self._studio.records, photo_set.id).items()}
 
     def mask_path(self, photo: str) -> Path | None:
-        """Return the path of a photo's mask. Raises InputError if it is missing."""
+        """Return the path of a photo's mask, or None if the photo has no mask.
+
+        Raises InputError if the file is missing.
+        """
         file = self._masks.get(photo)
         return None if file is None else self._studio.project.assets.path(file)
 
     def states(self) -> tuple[list[PointState], dict[tuple[str, str], tuple[float, float]]]:
-        """Return the points and marks in the form that edits require."""
+        """Return the points and marks in the form that edits require.
+
+        Returns
+        -------
+        list of PointState
+            Control points and labels without coordinates.
+        dict
+            Pixel (x, y) of each mark, by point label and photo name.
+        """
         return _states(self.marking())
 
     @property

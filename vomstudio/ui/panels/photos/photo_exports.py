@@ -43,7 +43,7 @@ class PhotoExports(QObject):
     mask_written : Signal
         Emitted with the name of a photo and the file of its mask, or None if it has no mask.
     problem : Finding or None
-        Reason why the files are not up to date.
+        Reason why the files are not up to date, or None if they are.
     foreign_files : list of str
         Names of the files beside the photos that other programs have changed.
     """

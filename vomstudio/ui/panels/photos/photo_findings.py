@@ -77,7 +77,7 @@ def finished_reconstruction(name: str, result: Reconstruction) -> Finding:
 
 
 def _registration_rms(registration: Mapping[str, Any]) -> Finding | None:
-    """Return the RMS residual of the control and check points or the positions, if known."""
+    """Return the RMS of the control and check points or the camera positions, or None."""
     control, check = registration.get("rms_control_m"), registration.get("rms_check_m")
     if control is not None and check is not None:
         return Finding("registration.check-rms", control_m=control, check_m=check)

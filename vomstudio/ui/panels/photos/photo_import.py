@@ -140,7 +140,7 @@ class PhotoImport:
 
 
 def _add_default_marks(tables: tuple[Path | None, Path | None]) -> tuple[Path | None, Path | None]:
-    """Add the marks beside the file of control points if no marks are named."""
+    """Add the marks file beside the control points if no marks file is given."""
     control, marks = tables
     if control is not None and marks is None:
         with contextlib.suppress(VomError):

@@ -70,7 +70,7 @@ class PhotoMarks(QObject):
 
     @property
     def crs(self) -> str | None:
-        """CRS of the control points ("EPSG:n"), or None if their file does not state one."""
+        """CRS of the control points ("EPSG:n"), or None if it is unknown."""
         photo_set = self._document.photo_set
         return photo_set.crs or None if photo_set is not None else None
 
@@ -97,7 +97,8 @@ class PhotoMarks(QObject):
         Returns
         -------
         (k, 2) float64
-            Pixels of the line; empty if the point is marked in no other photo or in several.
+            Pixels of the line; empty before the alignment, or if the point is marked in no other
+            photo or in several.
         """
         if self._cameras is None or not label:
             return np.zeros((0, 2))
@@ -129,7 +130,15 @@ class PhotoMarks(QObject):
     def import_points(self, path: Path) -> int:
         """Import a table of points, which replace points with the same label.
 
-        Returns the number of points. Raises InputError.
+        Returns
+        -------
+        int
+            Number of points in the table.
+
+        Raises
+        ------
+        InputError
+            If the table cannot be read or has another CRS than the present control points.
         """
         points, crs = read_control(path), read_crs(path)
         if self.marking.control and None not in (crs, self.crs) and crs != self.crs:
@@ -151,11 +160,12 @@ class PhotoMarks(QObject):
         count : int
             Number of marks.
         warning : Finding or None
-            Warning about marks in photos that the folder does not contain.
+            Warning about marks in photos that the folder does not contain, or None.
 
         Raises
         ------
         InputError
+            If the file is not a valid table of marks.
         """
         marks = read_marks(path)
         marking, unknown = self.marking.add_marks(marks, self.photos)

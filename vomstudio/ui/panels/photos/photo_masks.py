@@ -37,7 +37,10 @@ class _MaskCache:
             del self._packed_masks[path]
 
     def find(self, file: Asset | None, size: tuple[int, int]) -> BoolArray | None:
-        """Return a copy (height, width) of a mask, or None if it must be read from its file."""
+        """Return a copy (height, width) of a mask, or None if it must be read from its file.
+
+        If `file` is None, all pixels are used.
+        """
         if file is None:
             return np.ones(size, np.bool_)
         if file.path not in self._packed_masks:
@@ -68,7 +71,7 @@ class PhotoMasks(QObject):
     busy_changed : Signal
         Emitted when drawing in many photos has begun, continued or ended.
     busy_reason : Finding or None
-        Reason why no further mask can be drawn.
+        Reason why no further mask can be drawn, or None if one can be drawn.
     """
 
     mask_changed = Signal(str)

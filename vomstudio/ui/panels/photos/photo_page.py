@@ -458,7 +458,7 @@ class PhotoPage(QWidget):
 
 
 def _stamp(out: Path | None) -> object:
-    """Return a value that changes when the aligned cameras change."""
+    """Return a value that changes with the camera file, or None if the file is missing."""
     try:
         return None if out is None else (out, (out / FILE_NAME).stat().st_mtime_ns)
     except OSError:

@@ -21,13 +21,13 @@ class PhotoRow:
     look_direction : (float, float) or None
         Unit vector of the horizontal viewing direction, or None if it is unknown or vertical.
     gsd_m : float or None
-        Size of a pixel on the rock, in metres.
+        Size of a pixel on the rock in metres, or None if unknown.
     gsd : float or None
-        Size of a pixel on the rock, in units of a model that is not in metres.
+        Size of a pixel on the rock in model units, for a model that is not in metres.
     blur : float or None
-        Width of the sharpest edges, in pixels.
+        Width of the sharpest edges in pixels, or None if unknown.
     views : float or None
-        Mean number of photos that show the same rock.
+        Mean number of photos that show the same rock, or None if unknown.
     mask, sidecar_mask : str or None
         Files of the mask in use and of the mask beside the photo.
     """
@@ -54,7 +54,7 @@ class PhotoRow:
 
 
 def add_findings(rows: Sequence[PhotoRow], report: SurveyReport) -> None:
-    """Add the findings of a survey check to the rows of the photos they concern."""
+    """Set the findings, pixel sizes, blur and views of photo rows from a survey check."""
     rows_by_name = {row.name: row for row in rows}
     for row in rows:
         row.findings = []

@@ -67,6 +67,8 @@ class PhotoSurvey(QObject):
         Emitted when tables of points or marks have been written.
     edited : Signal
         Emitted with each edit of the project.
+    history_changed : Signal
+        Emitted when the edit history of the project has changed.
     model_created : Signal
         Emitted when the model of a finished reconstruction has been added to the project.
     """
@@ -134,7 +136,7 @@ class PhotoSurvey(QObject):
         return self._list_job is not None or self._check_job is not None
 
     def crs_codes(self) -> list[str]:
-        """Return the CRS of the models of the project."""
+        """Return the CRS codes of the models of the project."""
         return self._studio.crs_codes()
 
     @property
@@ -168,7 +170,7 @@ class PhotoSurvey(QObject):
         return None if self.forecast is None else self.forecast.control
 
     def output_folder(self) -> Path | None:
-        """Return the reconstruction folder for the current quality."""
+        """Return the reconstruction folder for this quality, or None if no photos are open."""
         if self.folder is None:
             return None
         project = self._studio.project.folder
@@ -328,7 +330,7 @@ class PhotoSurvey(QObject):
         self._forecast_job = job
 
     def update_control(self) -> None:
-        """Use new control points or marks beside the photos unless the user named other files."""
+        """Use new control points and marks beside the photos if no others were selected."""
         self._tables_timer.stop()
         if self.folder is None:
             return
@@ -400,7 +402,8 @@ class PhotoSurvey(QObject):
     def tables(self) -> tuple[Path | None, Path | None]:
         """Return the files of the control points and of the marks; a missing file is None.
 
-        The project's files beside the photos take precedence over those of other programs.
+        Files with standard names beside the photos take precedence over tables in the project, and
+        these over files of other programs with other names.
         """
         if self.folder is None:
             return None, None
@@ -444,7 +447,7 @@ class PhotoSurvey(QObject):
     def alignment_folder(self) -> Path | None:
         """Return the folder of the reconstruction at this quality, or else of the newest one.
 
-        Only reconstructions with cameras are considered.
+        The result is None if no reconstruction of these photos has cameras.
         """
         out = self.output_folder()
         if out is None or self.folder is None:
@@ -520,7 +523,7 @@ class PhotoSurvey(QObject):
         self.changed.emit()
 
     def stop_before_move(self) -> None:
-        """Stop running jobs before the project folder moves; they continue in the new folder."""
+        """Stop the reconstruction before the project moves; it continues in the new folder."""
         if self._reconstruction_job is not None:
             self._is_restart_pending = True
             self.pause()

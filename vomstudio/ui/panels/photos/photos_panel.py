@@ -357,7 +357,7 @@ class PhotosPanel(QWidget):
         return {self._survey.rows[row].name for row in rows if row < len(self._survey.rows)}
 
     def selected_photo(self) -> str | None:
-        """Return the first of the selected photos, or None if none is selected."""
+        """Return the name of the first selected photo, or None if none is selected."""
         names = self._selected_names()
         return next((row.name for row in self._survey.rows if row.name in names), None)
 

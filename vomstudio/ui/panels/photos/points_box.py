@@ -52,7 +52,7 @@ class PointsBox(QGroupBox):
     message : Signal
         Emitted with a message for the user and its level.
     mark_edited : Signal
-        Emitted with the position (x, y) of the point's mark in the open photo, in pixels as stored.
+        Emitted with the position (x, y) of the point's mark in pixels of the stored open photo.
     """
 
     point_selected = Signal(str)
@@ -234,7 +234,7 @@ class PointsBox(QGroupBox):
         )
 
     def show_photo(self, name: str, width: int, height: int) -> None:
-        """Show the mark in this photo; `width` and `height` are in pixels as stored."""
+        """Show the mark in this photo, whose stored size is `width` times `height` pixels."""
         self.photo = name
         with QSignalBlocker(self.mark_x), QSignalBlocker(self.mark_y):
             self.mark_x.setMaximum(width)

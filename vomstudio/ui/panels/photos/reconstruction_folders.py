@@ -91,7 +91,10 @@ def read_failure(out: Path) -> str:
 
 
 def find_alignment(out: Path, photos: Path) -> Path | None:
-    """Return a reconstruction of these photos with cameras: `out`, or else the newest one."""
+    """Return the folder of a reconstruction of these photos that has cameras.
+
+    The result is `out` if it has cameras, otherwise the newest matching folder, or None.
+    """
     if (out / FILE_NAME).exists():
         return out
     cameras = out.parent.glob(f"*/{FILE_NAME}")
@@ -108,7 +111,8 @@ def find_alignment(out: Path, photos: Path) -> Path | None:
 def find_newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
     """Return the photo folder and settings of the newest reconstruction.
 
-    Returns None if the project has no reconstruction or the photos are missing.
+    Returns None if the project has no reconstruction, its request cannot be read, or the photos are
+    missing.
     """
     paths = (project / RECONSTRUCTIONS).glob(f"*/{REQUEST}")
     requests = [path for path in paths if is_regular_file(path)]
@@ -152,7 +156,7 @@ def fill_camera_positions(out: Path, rows: Sequence[PhotoRow], model: Model | No
         Folder of the reconstruction.
     rows : sequence of PhotoRow
     model : Model or None
-        Placed model of these photos, whose placement is used instead of that of the alignment.
+        Placed model of these photos; its placement replaces that of the alignment.
 
     Returns
     -------

@@ -33,7 +33,7 @@ class ReconstructionSettings:
 
     @property
     def control(self) -> Path | None:
-        """File of the control points."""
+        """File of the control points, or None if no control points are used."""
         return None if self.options.gcp is None else Path(self.options.gcp)
 
     @property
@@ -67,7 +67,7 @@ class ReconstructionSettings:
     def adapt_to_photos(self, folder: Path) -> ReconstructionSettings:
         """Return a copy with the ground control found beside these photos.
 
-        The copy has neither a CRS nor a region, which belong to the photos of these settings.
+        The copy has no CRS and no region, because both belong to the previous photos.
         """
         settings = replace(self, options=replace(self.options, crs=None, region=None))
         control, marks = find_control(folder) or (None, None)

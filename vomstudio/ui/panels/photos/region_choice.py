@@ -21,7 +21,7 @@ from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 
 
 class RegionChoice:
-    """Converts between the region of a reconstruction and the clipping box of the outcrop.
+    """Converter between the region of a reconstruction and the clipping box of the outcrop.
 
     A region is in the frame of the reconstruction. The clipping box is in the World frame, in which
     the model may have been registered since.
@@ -88,7 +88,10 @@ class RegionChoice:
         )
 
     def _to_world(self) -> FloatArray:
-        """Return the placement of the model that was reconstructed from these photos."""
+        """Return the World transform (4, 4) of the model reconstructed from these photos.
+
+        It is the identity if there is no model.
+        """
         out = self._survey.output_folder()
         for model in self._studio.session.of(Model):
             if out is not None and Path(model.path).parts[:-1] == (RECONSTRUCTIONS, out.name):

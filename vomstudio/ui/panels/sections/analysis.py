@@ -66,7 +66,7 @@ class SectionResult:
 
 
 def compute_section(request: SectionRequest) -> SectionResult:
-    """Compute the section of `vomstudio section` in a worker thread."""
+    """Compute a section as in the command `section`. Runs in a worker thread."""
     from vomstudio.geometry.model_transform import transform_model
     from vomstudio.products.ortho.interpretation import items_from_records
     from vomstudio.products.section import writing

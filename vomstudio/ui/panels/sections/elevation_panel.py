@@ -61,7 +61,7 @@ class ElevationPanel(QWidget):
     Attributes
     ----------
     result : WrittenElevation or None
-        The most recently written elevation model.
+        The most recently written elevation model, or None if there is none.
     """
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
@@ -290,7 +290,7 @@ class ElevationPanel(QWidget):
 def _report(
     studio: Studio, show: Callable[[WrittenElevation], object], result: WrittenElevation
 ) -> None:
-    """Report the file even if the panel belonged to a project that is no longer open."""
+    """Show the result and report its file, even if another project is open now."""
     studio.written(result.raster)
     show(result)
 

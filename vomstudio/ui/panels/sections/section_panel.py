@@ -211,7 +211,10 @@ class SectionPanel(AnalysisPanel[SectionRequest, SectionResult]):
             self.through.setText(", ".join(f"{v:.3f}" for v in points.mean(axis=0).tolist()))
 
     def _passing_point(self, model: Model) -> FloatArray:
-        """Return the point (3,) on the plane in the World frame. Raises InputError if invalid."""
+        """Return the point (3,) on the plane in the World frame. Raises InputError if invalid.
+
+        If no point was typed, it is the centre of the model.
+        """
         text = self.through.text().strip()
         if not text:
             from vomstudio.geometry import transform
@@ -394,7 +397,10 @@ class SectionPanel(AnalysisPanel[SectionRequest, SectionResult]):
         return self.line if self.path_kind.currentData() == "line" else None
 
     def command(self, profile: Path | None) -> CommandArguments | None:
-        """Return the command that makes the section; `profile` is the file of its line."""
+        """Return the command that makes the section, or None if it cannot be reproduced.
+
+        `profile` is the file of the section line, or None for a section along a plane.
+        """
         model, result = self.model.selected_model(), self.result
         model_arguments = None if model is None else find_model_arguments(self._studio, model)
         if model_arguments is None or result is None:

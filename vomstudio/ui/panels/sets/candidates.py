@@ -114,7 +114,10 @@ class ProposalResult:
 
 
 def assignable_features(studio: Studio, choice: Choice) -> list[TypedFeature]:
-    """Return the features of a group whose kind can have a plane and a set."""
+    """Return the features of a group whose kind can have a plane and a set.
+
+    Repeated picks are omitted.
+    """
     group, type_id = choice
     if group == "selection":
         records = [studio.records.get(i) for i in studio.selection.ids]

@@ -39,7 +39,7 @@ class FaceSlopeResult:
 
 
 def analyze_slope(request: FaceSlopeRequest) -> FaceSlopeResult:
-    """Run the analysis of `vomstudio slope` in a worker thread."""
+    """Analyse a slope as in the command `slope`. Runs in a worker thread."""
     from vomstudio.geology.table_slopes import list_critical_planes, table_slope
     from vomstudio.project.exports.feature_table import feature_table
 

@@ -54,12 +54,16 @@ class FacetSlopesRequest:
 
     Attributes
     ----------
-    features, measured
-        Features that have a plane, and their measurements by id.
+    features : sequence of Feature
+        Features that have a plane.
+    measured : mapping of str to Measurement
+        Measurements of the features by id.
     rows : sequence of int
         Indices of the facets in `proposals`.
-    data, to_world
-        Model that contains the facets, and its transform to the World frame.
+    data : Mesh or PointCloud
+        Model that contains the facets.
+    to_world : Matrix
+        Transform of the model to the World frame.
     """
 
     records: Mapping[str, Record]
@@ -80,7 +84,7 @@ class FacetSlopesResult:
 
 
 def analyze_facets(request: FacetSlopesRequest) -> FacetSlopesResult:
-    """Run the analysis of `vomstudio slope --facets` in a worker thread."""
+    """Analyse facets as in the command `slope --facets`. Runs in a worker thread."""
     from vomstudio.geology.fractures.facet_slopes import FacetFace, facet_slopes
     from vomstudio.products.surface.slope_facets import find_overhangs
     from vomstudio.project.exports.feature_table import feature_table
@@ -177,7 +181,7 @@ class FacetSlopesView(QWidget):
     def show_result(
         self, result: FacetSlopesResult | None, notation: str, colors_name: str
     ) -> None:
-        """Fill the table; `colors_name` names the colours that the reset button restores."""
+        """Fill the table; `colors_name` is the text of the button that restores the colours."""
         self.reset_button.setText(colors_name)
         rows = []
         for facet in () if result is None else result.analysis.facets:
@@ -192,7 +196,7 @@ class FacetSlopesView(QWidget):
 
 
 def facet_shares(result: FacetSlopesResult, mode: str) -> dict[int, float]:
-    """Return the critical share for a failure mode by facet index."""
+    """Return the known critical shares for a failure mode, by facet index."""
     shares = [getattr(facet, mode).share for facet in result.analysis.facets]
     ids = [int(facet.id) for facet in result.analysis.facets]
     return {i: share for i, share in zip(ids, shares, strict=True) if share is not None}

@@ -319,7 +319,7 @@ class SlopesPanel(
         )
 
     def _copy_command(self) -> None:
-        """Ask for the file of the plane table and copy the command to the clipboard."""
+        """Write the tables of the analysis to files, and copy the command to the clipboard."""
         if self.facets_result is not None:
             self._copy_facets(self.facets_result)
             return
@@ -370,7 +370,7 @@ class SlopesPanel(
 
 
 def _count_text(result: FaceSlopeResult) -> str:
-    """Return the number of planes, and the reason if probabilities are missing."""
+    """Return the number of planes as text; if no errors are known, the text reports this."""
     analysis = result.analysis
     if not analysis.with_error:
         return Finding("slope.no-errors", n=analysis.n).message

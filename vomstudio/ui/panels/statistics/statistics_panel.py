@@ -113,7 +113,10 @@ class StatisticsPanel(LazyPanel):
     def _kind_pages(
         self, features: Sequence[TypedFeature], geometry: str
     ) -> list[tuple[str, Rows]]:
-        """Return the titles and rows for the planes and their fold axis, or for the lines."""
+        """Return the titles and rows for the planes and their fold axis, or for the lines.
+
+        `geometry` is "plane" or "line". The list is empty if no feature has this geometry.
+        """
         import numpy as np
 
         from vomstudio.geology.populations.set_statistics import set_statistics
@@ -147,7 +150,10 @@ class StatisticsPanel(LazyPanel):
     def _fold_pages(
         self, features: Sequence[TypedFeature], measurements: Mapping[str, Measurement]
     ) -> list[tuple[str, Rows]]:
-        """Return the titles and rows for the fold axis of planes of one type and of its domains."""
+        """Return titles and rows for the fold axis of planes of one type, and for its domains.
+
+        The list is empty for fewer than three features.
+        """
         from vomstudio.project.fold_planes import fold_planes
 
         fold, fold_filter = self._studio.fold, self._studio.fold.fold_filter
@@ -192,7 +198,7 @@ def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[s
     FoldAxis
         Fold axis with the verdict of the domains.
     list of (str, Rows)
-        Title and rows of the domains; empty if there are fewer than two.
+        Title and rows of the domains; empty if there are fewer than two domains.
     """
     from vomstudio.geology.domains import apply_domain_verdict, domain_axes
 

@@ -32,7 +32,7 @@ def statistics_rows(statistics: SetStatistics, notation: str) -> Rows:
 
 
 def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
-    """Return the fold axis (beta), the verdict and its reasons as rows."""
+    """Return the fold axis (beta), the limbs, the verdict and its reasons as rows."""
     rows = [
         (tr("Planes used"), _used_planes_text(planes)),
         (
@@ -175,7 +175,10 @@ def _line_text(figures: LineAttitude) -> str:
 
 
 def _fit_text(p: float | None) -> str:
-    """State whether the distribution fits, because a bare p-value is easily misread."""
+    """Return whether the distribution fits, as text; empty if the p-value is unknown.
+
+    A p-value alone is easily misread.
+    """
     if p is None:
         return ""
     if p < 0.05:

@@ -352,7 +352,7 @@ class FieldsPanel(ModelPanel):
         )
 
     def _update_colors(self) -> None:
-        """Show the current field with different colours."""
+        """Apply the selected colour map to the displayed field of dip directions."""
         self._show_rows()
         model = self._model
         field = None if model is None else self._fields.shown_fields.get(model.id)

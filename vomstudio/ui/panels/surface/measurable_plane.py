@@ -54,7 +54,7 @@ class MeasurablePlane(QWidget):
         sets : sequence of str
             Names of the sets in the project.
         feature, name : str
-            Id and name of the most recently selected feature.
+            Id and name of the most recently selected feature, or empty strings if there is none.
         """
         self._feature = feature
         sources = [(tr("entered attitude"), PLANE_PREFIX)]

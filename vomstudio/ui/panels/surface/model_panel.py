@@ -281,7 +281,7 @@ class ProposalsPanel(ModelPanel):
         )
 
     def _reason_text(self, index: int) -> str:
-        """Return why a proposal is doubtful; empty if it is not."""
+        """Return the evidence for a proposal or the reasons for doubt; empty if there are none."""
         raise NotImplementedError
 
     def _highlight_area(self, indices: Sequence[int]) -> Area | None:

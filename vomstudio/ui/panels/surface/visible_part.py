@@ -10,7 +10,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 def find_visible_part(studio: Studio) -> Viewpoint | None:
-    """Return the part at the centre of the saved view, or None if the camera is not valid."""
+    """Return the viewpoint of the saved view, or None if the stored camera is not valid."""
     camera = studio.project.journal.view("camera")
     try:
         eye = np.array(camera["position"], np.float64)

@@ -90,10 +90,13 @@ class CompassBox(QWidget):
 
         Parameters
         ----------
+        model : Model or None
+        lines : sequence of KnownLine
+            Known lines and readings on the model.
         read_north : NorthReference or None
             North reference of the azimuths, or None if it is unknown.
         is_reading : bool
-            Whether clicks select planes and lines that are to be read.
+            Whether clicks select the planes and lines of new readings.
         """
         self._model, self._read_north = model, read_north
         has_azimuths = any(line.is_read or line.kind == "azimuth" for line in lines)

@@ -237,7 +237,10 @@ def parse_geographic_position(text: str) -> tuple[float, float] | None:
 
 
 def format_north(compass: Compass | None, north_reference: NorthReference | None) -> str:
-    """Format the north reference for a button; it is incomplete without `north_reference`."""
+    """Format the north reference of a compass record for a button.
+
+    If `north_reference` is None, the text reports that the record is incomplete.
+    """
     if compass is None:
         return tr("Grid north, assumed exact")
     name = {"grid": tr("Grid north"), "true": tr("True north"), "magnetic": tr("Magnetic north")}

@@ -164,7 +164,10 @@ class ControlPanel(QWidget):
 
     # --- display -----------------------------------------------------------------------------
     def refresh(self, *_: object) -> None:
-        """Show the points, lines and planes of the current model."""
+        """Show the points, lines and planes of the current model.
+
+        The panel is not updated while neither of its tools is active.
+        """
         if self._studio.tool_name not in (self._tool.name, self._lines_tool.name):
             # The panel is updated when its tool is activated.
             return
@@ -286,7 +289,7 @@ class ControlPanel(QWidget):
             self._solving.request(work)
 
     def _find_photo_up(self, model: Model | None) -> FloatArray | None:
-        """Return the result of `known_lines.photo_up`, which is read once per model."""
+        """Return the result of `known_lines.photo_up`, which is computed once per model file."""
         from vomstudio.studio.placing.known_lines import photo_up
 
         path = None if model is None else self._studio.project.find_model(model)
@@ -522,7 +525,7 @@ class ControlPanel(QWidget):
             self._studio.attempt(edits.change_feature, new_point)
 
     def _refuse_cell(self, item: QTableWidgetItem, reason: Finding) -> None:
-        """Report an invalid coordinate, and show the previous one."""
+        """Report an invalid coordinate, and restore the previous value or clear the cell."""
         self._studio.warn(reason)
         if self._points[item.row()].position is None:
             # The coordinates that were typed before remain.

@@ -110,7 +110,7 @@ def add_fixed_scale(options: RegisterOptions, scale: float) -> RegisterOptions:
 
 
 def _readings_file(file: Path, *, includes_pairs: bool) -> Path:
-    """Return the path of the readings table, which is `file` if that has no point pairs."""
+    """Return the path of the readings table: `file` itself unless it contains point pairs."""
     return file.with_name(f"{file.stem}_readings{file.suffix}") if includes_pairs else file
 
 

@@ -31,7 +31,7 @@ def placement_problem(
     error: VomError,
     readings: Readings,
 ) -> Finding:
-    """Return why the model is not placed, or the next step of the user.
+    """Return why the model is not placed, or what the user has to do next.
 
     `pair_count` is the number of complete points.
     """

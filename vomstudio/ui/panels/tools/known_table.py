@@ -25,7 +25,7 @@ MAX_SIGMA_DEG = {"level": 45.0, "plumb": 45.0, "azimuth": 90.0, "plane": 90.0, "
 
 
 class KnownTable(QTableWidget):
-    """Table with one row per line; its height fits its rows, and it is hidden if empty."""
+    """Table with one row per line, hidden if empty; its height fits up to six rows."""
 
     def __init__(self) -> None:
         super().__init__(0, RESIDUAL + 1)

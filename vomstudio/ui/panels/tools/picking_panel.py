@@ -59,7 +59,7 @@ class PickingPanel(QWidget, Generic[Tool]):
     ) -> None:
         """Lay out the panel and keep it up to date.
 
-        The vertices, `more_settings` and the commands for editing are folded.
+        The vertices, `more_settings` and the commands for editing are in a collapsible section.
         """
         column = narrow_column(self)
         column.addLayout(self.form)

@@ -55,6 +55,8 @@ class Readings:
     ) -> tuple[NorthReference, str]:
         """Return the north reference of the azimuths and a sentence that describes it.
 
+        The sentence is empty for the default, grid north.
+
         Raises
         ------
         UsageError, InputError
@@ -99,7 +101,7 @@ def find_north_inputs(
 
 
 def has_azimuths(lines: Sequence[KnownLine]) -> bool:
-    """Return whether any of the lines has an azimuth."""
+    """Return whether any of the lines is a compass reading or has a known azimuth."""
     return any(line.is_read or line.kind == "azimuth" for line in lines)
 
 

@@ -33,7 +33,7 @@ _CHANGE_COMMANDS = (
 
 
 class SelectPanel(QWidget):
-    """Page that sets what is selected and how, and offers uses of the selection."""
+    """Page with the target and mode of the selection, and the commands that use it."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()

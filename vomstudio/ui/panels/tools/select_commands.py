@@ -1,4 +1,4 @@
-"""Commands for the faces and points that the tools Plane and Select choose."""
+"""Commands for faces and points selected with the tools Plane and Select."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ _TARGETS: dict[Target, tuple[str, str, str]] = {
 
 
 class _SelectCommands:
-    """Commands of the tools that choose elements, with the reasons why they are disabled."""
+    """Commands of the tools Plane and Select, with the reasons why they are disabled."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
@@ -77,7 +77,7 @@ class _SelectCommands:
 
     @property
     def tool(self) -> ElementTool:
-        """The active tool that chooses elements, or else the tool Select."""
+        """Plane tool while it is active, otherwise the tool Select."""
         return self.plane if self._studio.tool_name == self.plane.name else self.select
 
     def select_tool_problem(self) -> Finding | None:
@@ -114,7 +114,7 @@ class _SelectCommands:
         return None if self.tool.changes.has_hidden_elements() else Finding("action.nothing-hidden")
 
     def find_patch(self) -> Patch | None:
-        """Return the plane with known elements that was selected last, or None if none was."""
+        """Return the most recently selected patch, or None if no patch is selected."""
         studio = self._studio
         patches = (get(studio.records, i, Patch) for i in reversed(studio.selection.ids))
         return next((patch for patch in patches if patch is not None), None)
@@ -178,7 +178,7 @@ class _SelectCommands:
 
 
 def commands(studio: Studio) -> list[Command]:
-    """Create the commands of the tools that choose faces, points and features."""
+    """Create the commands of the tools that select faces, points and features."""
     factory = _SelectCommands(studio)
 
     def create_command(

@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 
 class BeddingAxis:
-    """Cached fold axis of the planes returned by `Studio.fold`.
+    """Cached fold axis of the planes selected by `Studio.fold`.
 
     Attributes
     ----------
     planes : FoldPlanes or None
-        Planes used by the last search.
+        Planes used by the last search, or None if there were none.
     """
 
     def __init__(self, studio: Studio) -> None:

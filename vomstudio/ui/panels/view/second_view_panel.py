@@ -33,7 +33,7 @@ class SecondViewPanel(QWidget):
     Attributes
     ----------
     view : SecondView or None
-        The 3-D view once its libraries have been imported.
+        The 3-D view, or None until its libraries have been imported.
     """
 
     def __init__(self, studio: Studio, outcrop: OutcropView) -> None:
@@ -180,7 +180,7 @@ class SecondViewPanel(QWidget):
         self._follow()
 
     def _follow(self, *_: object) -> None:
-        """Adopt a change of the project or of the settings."""
+        """Update the view after a change of the project or of the settings."""
         self._name_models()
         if self.view is not None:
             self.view.schedule_follow()

@@ -150,7 +150,7 @@ class ViewPanel(QWidget):
         studio.jobs.closed.connect(self._requests.close)
 
     def show_direction(self, trend_deg: float, plunge_deg: float, is_orthographic: bool) -> None:
-        """Show the direction of the view, in degrees."""
+        """Show the direction of the view in degrees, and whether it is orthographic."""
         self._direction = Line(wrap360(trend_deg), plunge_deg)
         line = format_line(self._direction, 0)
         self.current_label.setText(
@@ -261,9 +261,14 @@ class ViewPanel(QWidget):
         return Finding("selection.no-plane") if self._selected_plane() is None else None
 
     def find_direction_origin(self, direction: Line) -> tuple[str, float | None]:
-        """Return the measurement that defines a direction, and its 95 % error in degrees.
+        """Describe the measurement that defines a direction.
 
-        An unknown error is returned as None.
+        Returns
+        -------
+        str
+            Description, or a message if the direction is not that of a measurement.
+        float or None
+            95 % error of the direction in degrees, or None if it is unknown.
         """
         axis = self._bedding.find_axis()
         if (
@@ -299,7 +304,10 @@ class ViewPanel(QWidget):
         return [measurements[id_] for id_ in self._studio.selection.ids if id_ in measurements]
 
     def _error95_deg(self, id_: str) -> float | None:
-        """Return the 95 % error of a feature, including the registration error if it is known."""
+        """Return the 95 % error of a feature in degrees, or None if it is unknown.
+
+        It includes the registration error if that is known.
+        """
         measurement = self._studio.measured([id_]).get(id_)
         return None if measurement is None else measurement.total95_deg
 
@@ -417,7 +425,7 @@ class ViewPanel(QWidget):
     def _update_direction_button(
         self, name: str, direction: AxialDirection | Finding | None
     ) -> None:
-        """Enable a button, and show its direction and the cost of the error in the tooltip."""
+        """Enable or disable a button; its tooltip shows the direction and effect of its error."""
         button = self._buttons[name]
         if not isinstance(direction, AxialDirection):
             set_enabled(button, direction or Finding("action.no-direction"))
@@ -432,13 +440,13 @@ class ViewPanel(QWidget):
         )
 
     def _cost_text(self, line: Line, error95_deg: float | None) -> str:
-        """Describe the cost of an error in the direction; the text is empty if no model is open."""
+        """Describe the effect of a direction error; empty if no model is open."""
         studio = self._studio
         depth, metric = scene_depth(line.vector(), studio.models, studio.records)
         return cost_of_direction(error95_deg, depth, is_metric=metric).message if depth else ""
 
     def _show_cost(self) -> None:
-        """Show the origin of the current direction and the cost of its error."""
+        """Show the origin of the current direction and the effect of its error."""
         origin, error = self.find_direction_origin(self._direction)
         axis = self._bedding.find_axis()
         if not isinstance(axis, Finding) and origin == _axis_text(axis):
