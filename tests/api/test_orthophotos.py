@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import rasterio
+from PIL import Image
 
 import vomstudio as vs
 from tests.messages import refused
@@ -159,3 +160,22 @@ def test_orthophoto_has_repr(cliff: vs.Mesh) -> None:
     made = vs.orthophoto(cliff, trend_deg=0, plunge_deg=90, gsd_m=1)
     assert "of 1 m" in repr(made)
     assert "EPSG:32633" in made._repr_html_()
+
+
+def test_undrawn_texture_is_a_python_warning(tmp_path: Path) -> None:
+    Image.new("RGB", (8, 8), (90, 80, 70)).save(tmp_path / "rock.png")
+    (tmp_path / "wall.mtl").write_text("newmtl rock\nmap_Kd rock.png\n")
+    (tmp_path / "wall.obj").write_text(
+        "mtllib wall.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+        "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl rock\nf 1/1 2/2 3/3 4/4\n"
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", vs.errors.VomWarning)
+        model = vs.read(tmp_path / "wall.obj")
+    (tmp_path / "rock.png").write_bytes(b"damaged after it was read")
+    with pytest.warns(vs.errors.VomWarning) as caught:
+        picture = vs.orthophoto(model, trend_deg=0, plunge_deg=90, gsd_m=0.1)
+    codes = {w.message.code for w in caught if isinstance(w.message, vs.errors.VomWarning)}
+    stated = {finding.code for finding in picture.warnings if finding.severity == "warning"}
+    assert "texture.not-drawn" in stated
+    assert stated <= codes

@@ -51,16 +51,16 @@ def test_outline_of_a_label_contains_only_known_words_and_small_numbers(
 @pytest.mark.parametrize(
     ("before", "after", "said"),
     [
-        ({"t": None}, {"t": TRACE}, "trace made (name, notes, vertices)"),
-        ({"t": TRACE}, {"t": None}, "trace taken away"),
-        ({}, {"t": TRACE}, "trace made (name, notes, vertices)"),
+        ({"t": None}, {"t": TRACE}, "trace added (name, notes, vertices)"),
+        ({"t": TRACE}, {"t": None}, "trace removed"),
+        ({}, {"t": TRACE}, "trace added (name, notes, vertices)"),
         (None, None, None),
         ({"t": TRACE}, {"t": TRACE | {"notes": "x", "new": 1}}, "trace changed (notes, new)"),
         ({"t": TRACE}, {"t": {"record": "trace"}}, "trace changed (name, notes, vertices)"),
         ({"t": {"notes": ""}}, {"t": {"notes": "x"}}, "unknown changed (notes)"),
         ({"t": None}, {"t": None}, "nothing"),
         ({"t": 5}, {"t": "x"}, "nothing"),
-        ({"t": None}, {"t": {"record": "a name!", "b c": 1, "d": 2}}, "unknown made (unknown, d)"),
+        ({"t": None}, {"t": {"record": "a name!", "b c": 1, "d": 2}}, "unknown added (unknown, d)"),
         ([1], "x", None),
     ],
 )
@@ -83,8 +83,8 @@ def test_change_of_many_records_is_listed_once() -> None:
 @pytest.mark.parametrize(
     ("after", "said"),
     [
-        (None, "given up"),
-        ([1], "given up"),
+        (None, "discarded"),
+        ([1], "discarded"),
         ({}, "tool unknown, vertices 0"),
         ({"tool": "trace", "vertices": [[1, 2, 3], [4, 5, 6]]}, "tool trace, vertices 2"),
         ({"tool": "Anna's", "vertices": "abc"}, "tool unknown, vertices 0"),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.api.checking import check_flag, to_path
+from vomstudio.api.checking import check_flag, to_path, warn
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, to_model
 from vomstudio.api.planes import plane_text
@@ -234,6 +234,7 @@ def dem(
         )
         heights, limit = compute_heights(data._data, plan, options.limit_m, report)
     figures = elevation_figures(heights, plan, limit, source.world_crs)
+    warn(plan.notes)
     return ElevationModel(
         **vars(figures), heights=heights, warnings=plan.notes, _model=data, _plan=plan
     )

@@ -234,13 +234,14 @@ def orthophoto(
     )
     picture = draw_picture(data._data, request.plan, report)
     figures = picture_figures(picture, request.plan, source.world_crs)
-    warn(request.warnings)
+    findings = (*request.warnings, *request.plan.notes, *picture.findings)
+    warn(findings)
     return Orthophoto(
         **vars(figures),
         image=picture.rgba,
         depth=picture.depth,
         fold=request.fold,
-        warnings=(*request.warnings, *request.plan.notes, *picture.findings),
+        warnings=findings,
         _model=data,
         _request=request,
         _picture=picture,

@@ -6,12 +6,11 @@ contact wanders, as its residuals show. The path whose plane has the smallest st
 has the strongest evidence.
 
 A path that leaves the contact on a flat wall lies in the plane of this wall. A path whose plane is
-the outcrop face is therefore ranked last.
+the outcrop face is therefore ranked behind all other paths that have a plane.
 
-Selecting the best path after the fact makes the stated error too small if no path is well
-determined: among several straight paths, which report that they do not determine a plane, a path
-that leaves the contact has a plane for this very reason. If no verdict is good, the path that is
-best confirmed by the others is selected, whatever its plane. A simulation shows how often the
+Several straight paths do not determine a plane, whereas a path that leaves the contact may have a
+plane with a small error. If none of at least three paths has a good verdict, the path that is best
+confirmed by the others is therefore selected, whatever its plane. A simulation shows how often the
 stated errors hold (docs/plane_errors.md, Followed traces).
 """
 
@@ -94,9 +93,9 @@ def follow_best(
     way_points : (w, 3) array
         Way-points in the World frame, m.
     local_resolution : callable
-        Function that returns the resolution of the model around points (n, 3), m.
+        Function that returns the resolution of the model around points (n, 3), m; None if unknown.
     face_normal : callable, optional
-        Function that returns the normal of the outcrop face around these points.
+        Function that returns the normal of the outcrop face around points (n, 3); None if unknown.
     uses_whole_surface : bool
         See `Follower.follow`.
     costs : sequence of str, optional
@@ -106,8 +105,9 @@ def follow_best(
     -------
     path : Path
     cost : str
+        Cost of the selected path.
     trials : tuple of CostTrial
-        Compared costs, in order of decreasing rank.
+        Compared costs, the selected one first.
 
     Raises
     ------
@@ -192,7 +192,8 @@ def _confirmed_shares(
 ) -> FloatArray:
     """Sum the shares of each path that are confirmed by the other paths.
 
-    The share of a pair is the smaller of the shares of both paths that run along each other.
+    For each pair, the smaller of two shares counts: the share of either path that is near the
+    other one.
     """
     from scipy.spatial import cKDTree
 
@@ -219,9 +220,9 @@ def rank_path(
     points : (n, 3) ndarray
         Points of the path in the World frame, m.
     local_resolution : callable
-        Function that returns the effective resolution of the model near points (n, 3).
+        Function that returns the effective resolution of the model near points (n, 3), m, or None.
     face_normal : FaceNormalFunction, optional
-        Function that returns the normal of the face near points (n, 3).
+        Function that returns the normal of the outcrop face near points (n, 3), or None.
     doubtful_ranges : sequence of VertexRange, optional
         First and last row of each doubtful stretch.
 

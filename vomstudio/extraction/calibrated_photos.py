@@ -40,7 +40,7 @@ class CalibratedPhotos:
     view_row : int
         Row of the requested view.
     files : mapping of int to Path
-        Files of the photos that were found, by row of the view.
+        Existing photo files, by row of the view.
     cameras : Path
     warnings : tuple of Finding
     """
@@ -157,6 +157,13 @@ def _files(names: list[str], file_cameras: object, photo: Path) -> tuple[int, di
 
     Photos are searched for beside the requested photo if it is a file, otherwise at the locations
     given in the camera file.
+
+    Raises
+    ------
+    UsageError
+        If the photo has no camera.
+    InputError
+        If the requested photo is missing.
     """
     from vomstudio.io.photos.own_cameras.photos import find_camera_photos
     from vomstudio.io.photos.own_cameras.result import ModelCameras
@@ -186,6 +193,8 @@ def _files(names: list[str], file_cameras: object, photo: Path) -> tuple[int, di
 
 def scale_view(view: View, file: Path | None) -> View:
     """Return a view scaled to the size of its photo file.
+
+    The view is returned unchanged if the file is None or unreadable, or has another aspect ratio.
 
     Parameters
     ----------

@@ -74,8 +74,8 @@ class CellPlanes:
     normals, variation, areas, noise : arrays
         Properties of the neighbourhood of each point, see `Elements`.
     neighbourhood_width : float
-        If the noise exceeds the spacing, width of the neighbourhoods that define normals, m; NaN if
-        they do not define normals, inf if no neighbourhood does, 0 if single points do.
+        Width of the neighbourhoods that define normals if the noise exceeds the spacing, m; inf if
+        no neighbourhood defines normals. 0 if the noise is smaller than the spacing.
     """
 
     labels: Int32Array
@@ -88,7 +88,7 @@ class CellPlanes:
 
 
 def approximate_median(values: FloatArray) -> float:
-    """Return the median; for many values, that of a regular sample.
+    """Return the median of values; if there are many, the median of a regular sample.
 
     Parameters
     ----------
@@ -139,7 +139,8 @@ class Elements:
     initial_labels : (n,) int32 array, optional
         Facets known in advance; points inside them have no list of neighbours.
     around : int
-        Number of points used for normals and variation; 0 for wide neighbourhoods.
+        Number of points used for normals and variation; 0 for wide neighbourhoods and for elements
+        that are not points.
     has_fewest_neighbours : (n,) bool array, optional
         Points for which the smallest number of neighbours is used; None if there are no such
         points.
@@ -291,8 +292,8 @@ def _build_grid(
 ) -> tuple[CellGrid, CellPlanes | None, IntArray | None, FloatArray]:
     """Sort points into cells and find planes on the cells.
 
-    Return the grid, the planes found on its cells, the rows of the finite points (None if all are
-    finite), and the origin of the positions.
+    Return the grid, the planes found on its cells (None if they were not searched for), the rows of
+    the finite points (None if all are finite), and the origin of the positions.
     """
     coordinates = to_read_only_array(points, np.float64)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -319,7 +320,7 @@ def _separate_scattered_points(
 ) -> tuple[IntArray, IntArray, float]:
     """Separate open points that are analysed from scattered points in sparse cells.
 
-    The area of each scattered point is also returned.
+    Return the rows of both and the area of each scattered point.
     """
     is_in_sparse_cell = is_sparse[grid.find_cells(open_rows)]
     if is_in_sparse_cell.sum() < _MIN_SPARSE_POINTS:
@@ -407,9 +408,9 @@ def _merge_normals(
     variation: FloatArray,
     warnings: list[Finding],
 ) -> FloatArray:
-    """Replace fitted normals by the normals of the file where they agree with the points.
+    """Replace fitted normals by the normals of the file if they agree with the points.
 
-    If the median angle between them is large, or if too many of them differ in flat parts, a
+    If the median angle between both is large, or if too many of them differ in flat parts, a
     warning is appended and fewer or none of the file normals are used.
 
     Parameters
@@ -417,8 +418,8 @@ def _merge_normals(
     file_normals, fitted_normals : (n, 3) arrays
         NaN or zero if unknown; the fitted normals are unit vectors.
     variation : (n,) array
-        Surface variation; it is large near edges, where fitted normals lie between those of two
-        faces.
+        Surface variation; it is large near edges, where fitted normals lie between the normals of
+        two faces.
     warnings : list of Finding
     """
     size = np.linalg.norm(file_normals, axis=1)
@@ -522,7 +523,7 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
 def _face_neighbours(nodes: IntArray, corners: FloatArray) -> tuple[IntArray, Int32Array]:
     """List the neighbours of faces across edges and gaps.
 
-    The faces that share an edge with more than two faces form a ring.
+    If more than two faces share an edge, they form a chain of neighbours.
     """
     k = len(nodes)
     a = nodes.ravel()
@@ -547,10 +548,11 @@ def _stabilise_normals(
     angle_deg: float,
     progress: Progress,
 ) -> tuple[FloatArray, FloatArray, bool]:
-    """Smooth normals until those of neighbours agree.
+    """Smooth normals until neighbouring normals agree, up to a maximum number of passes.
 
     Return the normals, the roughness (half the mean squared sine of the angles between each
-    original face and its neighbours), and whether neighbours agree.
+    original face and its neighbours), and whether the normals are reliable: neighbours agree, or
+    the mesh is not noisy.
     """
     if not len(neighbours):
         return normals, np.zeros(len(normals)), True

@@ -49,7 +49,9 @@ _MIN_JUMBLED_SHARE = 0.25
 
 @dataclass(frozen=True)
 class Exposure:
-    """Areas of a model by cover; shares with a zero denominator are undefined (None).
+    """Areas of a model by cover.
+
+    `coverage`, `near_planar_share` and `level_share` are None if their denominator is zero.
 
     Parameters
     ----------
@@ -66,7 +68,7 @@ class Exposure:
     exposed_m2 : float
         Area of the exposed rock.
     exposed_by_facet_m2 : (facets,) array
-        Exposed area of each large facet.
+        Exposed area of each large facet; 0 for other facets.
     cover_classes : (elements,) int32 array
         0 for a facet, 1 for other rock, 2 for vegetation, 3 for debris.
     """
@@ -158,6 +160,11 @@ def find_volume_elements(
         Mean variation of each point and its neighbours, if already known.
     includes_surface : bool
         Whether to include the boundary of a volume.
+
+    Returns
+    -------
+    (n,) bool array
+        False for all elements of a mesh, and for all points if their neighbourhoods are wide.
     """
     # Meshes are excluded, because faces at ledges also face all directions.
     if elements.kind != "point" or not elements.around:
@@ -177,7 +184,7 @@ def find_volume_elements(
 
 
 def is_grass(colors: FloatArray) -> BoolArray:
-    """Find colours that are greener than any rock.
+    """Find colours that are greener than any rock, but less green than a drawn scale bar.
 
     Parameters
     ----------
@@ -212,7 +219,10 @@ def _smooth_variation(elements: Elements) -> FloatArray:
 
 
 def _find_jumbled_areas(elements: Elements, is_candidate: BoolArray) -> BoolArray:
-    """Find candidates in gently dipping cells of twenty resolutions that face all directions."""
+    """Find candidates whose normals face all directions within gently dipping cells.
+
+    The cells are cubes with a side of twenty resolutions.
+    """
     if not is_candidate.any():
         return is_candidate
     spacing = np.sqrt(elements.typical_area * (2.0 if elements.kind == "face" else 1.0))

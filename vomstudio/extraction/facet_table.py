@@ -35,9 +35,11 @@ class FacetTable(PrintableResult):
     coverage : float or None
         Share of the area of the model that belongs to facets.
     near_planar_share : float or None
-        The same share relative to the exposed rock, without vegetation and debris.
+        Share of the exposed rock (without vegetation and debris) in facets that are large relative
+        to the resolution.
     level_share : float or None
-        Share of the exposed rock in facets that dip less than 10 degrees and may be level ground.
+        Share of the exposed rock in large facets that dip less than 10 degrees and may be level
+        ground.
     sets, discontinuities : tuple
         Sets and discontinuities as in `vomstudio sets`, if requested.
     facet, set_of : (points,) int32 arrays

@@ -1,7 +1,7 @@
 """Automatic detection of facets, the planar parts of an outcrop face.
 
 Facets are found by region growing after Wang et al. (2017, Computers & Geosciences 103, 100) and
-similar methods, over the faces of a mesh or the neighbours in a cloud. The thresholds are an angle
+similar methods, over neighbouring faces of a mesh or points of a cloud. The thresholds are an angle
 and a distance that depends on the local resolution. Each facet is fitted and judged like a patch
 that is brushed by hand (geometry/patches.py and geometry/moment_planes.py).
 """
@@ -77,7 +77,7 @@ class Facet:
     resolution : float
         Local resolution of the model, m.
     border : str or None
-        Polygon with holes in the plane of the facet, as WKT in the World frame.
+        Polygon with holes in the plane of the facet, as WKT in the World frame; None if empty.
     rows : (k,) int array
         Faces or points of the model that belong to the facet.
     level_gap : float or None
@@ -112,7 +112,8 @@ class FacetSegmentation:
     kind : str
         Kind of the surface elements.
     max_distance : float
-        Median of the maximum distances from the plane, m.
+        Median of the maximum distances from the plane, m; if the labels were given, the median
+        spacing of the elements.
     min_points : int
     exposure : Exposure
     cover_classes : (points,) int32 array
@@ -330,7 +331,10 @@ def _fit_facets(
     thresholds: Thresholds,
     progress: Progress,
 ) -> tuple[list[Facet], Int32Array]:
-    """Fit facets and renumber those that are large enough; return them and the new labels."""
+    """Fit facets and renumber those that are large and planar enough.
+
+    Return the remaining facets and the new labels.
+    """
     count = max(int(labels.max(initial=-1)) + 1, 0)
     progress.stage(tr("Fitting planes"), count)
     starts, order = np.zeros(count + 1, np.int64), np.empty(len(labels), np.int64)
@@ -412,7 +416,7 @@ def _fit_facet(
 
 
 def _sparse_spacing(areas: FloatArray) -> float:
-    """Return the spacing of the sparse points, which cover most of the area (areas n,)."""
+    """Return the spacing in the sparse parts of a facet from the area (n,) of each point."""
     if len(areas) > _MAX_SAMPLE:
         areas = areas[:: len(areas) // _MAX_SAMPLE]
     sorted_areas = np.sort(areas)
@@ -447,7 +451,7 @@ def _is_slice(fit: FittedPlane) -> bool:
     """Return whether a facet is a slice of points that fill a volume.
 
     The width of such a slice is a few times its scatter, so its plane could equally well be
-    perpendicular.
+    perpendicular to it.
     """
     _, middle_eigenvalue, scatter = fit.eigenvalues
     return bool(middle_eigenvalue < _MIN_WIDTH_DEVIATIONS**2 * scatter)

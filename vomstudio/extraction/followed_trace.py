@@ -54,14 +54,15 @@ class FollowedTrace(PrintableResult):
     plane : dict or None
         Row of the orientation table; None if no plane can be fitted.
     band : BandFigures or None
-        Band of planes that are compatible with a straight trace; None if the plane is determined.
+        Band of planes that are compatible with a straight trace; None if the plane is determined
+        or cannot be fitted.
     way_points, vertices : int
         Numbers of way-points and of vertices.
     cost : str
         Cost that was used.
     warnings : tuple of Finding
     tried : tuple of CostTrial
-        Costs that were compared for the cost "auto", in order of decreasing rank.
+        Costs that were compared for the cost "auto", the selected one first.
     doubtful : tuple of DoubtfulStretch
         Stretches that may follow another contact, with their first and last vertices.
     """
@@ -82,7 +83,7 @@ class FollowedTrace(PrintableResult):
 def find_way_point_off_model(
     surface: SurfaceGraph, way_points: FloatArray, resolution: float
 ) -> int | None:
-    """Return the row of the first way-point that is not on the model, or None.
+    """Return the row of the first way-point that is not on the model.
 
     Parameters
     ----------
@@ -95,6 +96,7 @@ def find_way_point_off_model(
     Returns
     -------
     int or None
+        None if all way-points are on the model, or if the resolution is not finite.
     """
     limit = MAX_SNAP_RESOLUTIONS * resolution
     rows = np.flatnonzero(~(surface.snap_distances(way_points) <= limit))
@@ -156,7 +158,7 @@ def followed_trace(
     priors : sequence of SetPrior
         Sets with which the band of a straight trace is compared.
     name : str
-        Name of the cost in the result, if it differs.
+        Name of the cost in the result; by default, `cost`.
 
     Returns
     -------
@@ -165,8 +167,8 @@ def followed_trace(
     Raises
     ------
     GeometryError
-        If there are fewer than two way-points, if one is not on the model, or if two are on
-        separate parts of it.
+        If there are fewer than two way-points, if they coincide, if one is not on the model, or if
+        two are on separate parts of it.
     UsageError
         If the cost is not available for the model.
     """
@@ -281,9 +283,10 @@ def fit_trace_plane(
     row : dict or None
         Row of the orientation table; None if no plane can be fitted.
     band : BandFigures or None
-        Band of planes that are compatible with a straight trace.
+        Band of planes that are compatible with a straight trace; None if the plane is determined
+        or cannot be fitted.
     findings : tuple of Finding
-        Reasons for a missing plane, and doubtful stretches.
+        Reason for a missing plane, and doubtful stretches.
     """
     findings = () if remaining_trace is None else tuple(remaining_trace.findings())
     try:

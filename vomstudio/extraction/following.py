@@ -1,7 +1,7 @@
-"""Follow a contact between way-points along the path of least cost over the surface.
+"""Paths of least cost over the surface, which follow a contact between way-points.
 
-The idea is that of the trace tool of Compass (Thiele et al. 2017, Solid Earth 8, 1241); the paths
-are found by Dijkstra's (1959) algorithm.
+The method is based on the trace tool of Compass (Thiele et al. 2017, Solid Earth 8, 1241) and
+Dijkstra's (1959) algorithm.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Path:
     Parameters
     ----------
     points : (n, 3) array
-        Points in the frame of the surface, m.
+        Points in the World frame, m.
     length : float
         Length along the path, m.
     snap_distances : (w,) array
@@ -45,7 +45,7 @@ class Path:
     way_point_rows : (w,) int array
         Rows of the points that correspond to the way-points.
     costs : (n,) array
-        Cost per metre at each point, relative to the median of the surface around the path.
+        Cost per metre at each point, relative to the median over the searched part of the surface.
     """
 
     points: FloatArray
@@ -95,7 +95,7 @@ class Follower:
             Way-points in the World frame, m; w >= 2.
         uses_whole_surface : bool
             If True, search the whole surface unless it is too large or textured; otherwise, search
-            only corridors.
+            a corridor between way-points, or the whole surface if this is faster.
 
         Returns
         -------
@@ -104,7 +104,8 @@ class Follower:
         Raises
         ------
         GeometryError
-            If the way-points coincide, or if two of them are on separate parts of the surface.
+            If there are fewer than two way-points, if they coincide, or if two of them are on
+            separate parts of the surface.
         """
         world = np.asarray(way_points, np.float64).reshape(-1, 3)
         local_points = world - self.surface.origin
@@ -237,7 +238,10 @@ class Follower:
 
     # --- costs -------------------------------------------------------------------------------
     def _way_point_colours(self, local_points: FloatArray) -> FloatArray | None:
-        """Return the opponent colours (w, 3) at the way-points."""
+        """Return the opponent colours (w, 3) at the way-points.
+
+        Return None for costs other than "colour".
+        """
         if self.cost != "colour":
             return None
         surface = self.surface

@@ -67,7 +67,7 @@ class FacetPlanes:
     scatter : (f, 3, 3) array
         Area-weighted covariance of the positions.
     squared_tolerances : (f,) array
-        Sum of the squared tolerances of the elements, if available.
+        Sum of the squared tolerances of the elements; 0 if they are unknown.
     """
 
     centre: FloatArray
@@ -87,7 +87,8 @@ def element_tolerances(elements: Elements, max_distance: float | None) -> FloatA
     elements : Elements
     max_distance : float or None
         Distance in metres. If None, the local spacing is used, or three times the local noise if
-        this is larger.
+        this is larger. The noise is limited to twice its typical value, and the distances on a mesh
+        to their median.
 
     Returns
     -------
@@ -218,7 +219,7 @@ def grow_facets(
 
 @dataclass(frozen=True, eq=False)
 class _FacetSums:
-    """Sums of f facets: weight, moments about known positions, and squared tolerances (f, 11)."""
+    """Sums (f, 11) of f facets: weight, moments about reference points, squared tolerances."""
 
     reference_points: FloatArray
     is_known: BoolArray
@@ -474,7 +475,10 @@ def _remove_small_facets(
     min_count: int,
     min_area: float,
 ) -> Int32Array:
-    """Renumber facets by decreasing area; elements of facets that are too small become -1."""
+    """Remove facets that are too small or not part of a surface; sort the others by size.
+
+    Elements of removed facets receive -1; the others are numbered by decreasing area.
+    """
     is_kept = (planes.count >= min_count) | ((planes.area >= min_area) & (planes.area > 0.0))
     is_kept &= _loose_shares(elements, rows, planes, labels) <= _MAX_LOOSE_SHARE
     order = np.argsort(-np.where(is_kept, planes.area, -1.0), kind="stable")
@@ -489,7 +493,10 @@ def _remove_small_facets(
 def _loose_shares(
     elements: Elements, rows: IntArray, planes: FacetPlanes, labels: Int32Array
 ) -> FloatArray:
-    """Return the share (f,) of the neighbours of each facet that do not belong to a facet."""
+    """Return the share (f,) of the neighbours of each facet that do not belong to a facet.
+
+    The shares of faces and cells are zero.
+    """
     f = len(planes.area)
     if elements.kind != "point":
         return np.zeros(f)
@@ -511,10 +518,10 @@ def _count_facets(labels: Int32Array) -> int:
 def find_bent_facets(elements: Elements, labels: Int32Array, angle_deg: float) -> BoolArray:
     """Find facets that bend and continue into a neighbour: parts of a wavy or curved face.
 
-    The angle between the two facets must be below the threshold without them being parallel, and
-    the normals of the facet must rotate from its middle toward the neighbour, as on a bend. Beside
-    an edge between planes, only a few points rotate; beside a worn edge, only those of the edge. In
-    large models, only the largest facets are tested.
+    The angle between the two facets must be between 2 degrees and the threshold, and the slope of
+    the facet must change from its middle toward the neighbour, as on a bend. Beside an edge between
+    planes, the slope changes only at the edge. In large models, a pair is tested only if it
+    contains one of the largest facets.
 
     Parameters
     ----------
@@ -522,6 +529,7 @@ def find_bent_facets(elements: Elements, labels: Int32Array, angle_deg: float) -
     labels : (n,) int32 array
         Facet of each element, in order of decreasing size.
     angle_deg : float
+        Maximum angle between two pieces of a bend, degrees.
 
     Returns
     -------
@@ -558,10 +566,11 @@ def find_bent_facets(elements: Elements, labels: Int32Array, angle_deg: float) -
 def _rotation_to_neighbour(
     elements: Elements, planes: FacetPlanes, rows: IntArray, first: int, second: int
 ) -> FloatArray:
-    """Return the rotation of a facet toward a neighbour, and its variance.
+    """Return the relative rotation of a facet toward a neighbour, and its variance.
 
     It is the rotation from the middle to the outer third of the facet, as a share of the rotation
-    between the facets. Normals are not used, because they are averages over wide neighbourhoods.
+    between the facets; both values are zero if it is undefined. Normals are not used, because they
+    are averages over wide neighbourhoods.
     """
     normal, other_normal = planes.normal[first], planes.normal[second]
     # Perpendicular to the intersection of the two planes; the centre of a long facet would not be.
@@ -593,7 +602,10 @@ def _rotation_to_neighbour(
 
 
 def _fit_slope(position: FloatArray, height: FloatArray) -> tuple[float, float]:
-    """Fit a slope to heights as a function of position; return it and its variance."""
+    """Fit a slope to heights as a function of position; return it and its variance.
+
+    The variance is infinite for fewer than four points or if all positions are equal.
+    """
     centred_position = position - position.mean() if len(position) else position
     squared_length = float(centred_position @ centred_position)
     if len(position) < 4 or squared_length <= 0.0:

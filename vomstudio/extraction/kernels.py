@@ -51,7 +51,7 @@ def fit_local_planes(points, positions, rows, normals, variation):  # type: igno
 
 @kernel("void(f8[:,::1], f8[::1], i8[::1], i4[::1], f8, f8[:,::1])")
 def average_normals(normals, areas, starts, neighbours, min_cosine, out):  # type: ignore[no-untyped-def]
-    """Average the normal of each element with those of its neighbours, weighted by area.
+    """Average the normals of each element and its neighbours, weighted by area.
 
     Only neighbours within the angle whose cosine is `min_cosine` are used. Normals are axial.
     """
@@ -220,7 +220,8 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
     `centres` and `plane_normals` (f, 3) and `limits` (f,) describe the planes of the facets. An
     element beyond the limit of a plane or beyond its own `max_distance` is not assigned to this
     plane. If its normal differs by more than the angle, as at an edge between two faces, it must be
-    twice as close. The labels are written to `out` (rows,), and the number of changes is returned.
+    twice as close; if it differs by more than 60 degrees or is unknown, it is not assigned. The
+    labels are written to `out` (rows,), and the number of changes is returned.
     """
     changed_count = 0
     for i in range(len(rows)):
@@ -272,11 +273,11 @@ def add_moments(  # type: ignore[no-untyped-def]
     sums,
     count,
 ):
-    """Add the moments of the elements of each facet among `rows` to `sums` and `count`.
+    """Add the moments of the elements `rows` to the `sums` and `count` of their facets.
 
     The columns of `sums` (f, 11) are the weight, the first and second moments about the reference
-    point (that of the first element unless `is_known`), and the squares of `max_distance` if it has
-    one value per element. `count` has the shape (f,).
+    point (the position of the first element unless `is_known`), and the squares of `max_distance`
+    if it has one value per element. `count` has the shape (f,).
     """
     for e in rows:
         f = labels[e]

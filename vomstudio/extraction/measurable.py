@@ -5,11 +5,11 @@ because its trace is straight there. For each piece of the surface, a plane of t
 placed through it. The line along which this plane cuts the surface, limited to the length of a
 trace, has a covariance like the vertices of a picked trace. With the noise of the model across the
 plane and one independent point per resolution along the line, the joint 95 % region of the normal
-follows from `geometry.plane_errors`. As for a picked trace, it is at least the tilt that the
-resolution allows over the shorter axis of the line, and includes the registration.
+follows from `geometry.plane_errors`. As for a picked trace, the error is at least the tilt that the
+resolution allows over the shorter axis of the line, and includes the registration error.
 
-Where the face is nearly parallel to the plane, it exposes the plane as a surface. The expected
-error is then that of a patch of this size (`geometry.plane_sizes`).
+If the face is nearly parallel to the plane, it exposes the plane as a surface. The expected error
+is then the error of a patch of this size (`geometry.plane_sizes`).
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ class Measurable:
 
 
 def typical_resolution(data: Mesh | PointCloud) -> float:
-    """Estimate the typical effective resolution of a model, as is done around a picked trace.
+    """Estimate the typical effective resolution of a model, as around a picked trace.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def typical_resolution(data: Mesh | PointCloud) -> float:
     Raises
     ------
     GeometryError
-        If all points coincide.
+        If there are fewer than four points, or if all points coincide.
     """
     from scipy.spatial import cKDTree
 

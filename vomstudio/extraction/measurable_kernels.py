@@ -89,7 +89,11 @@ def square_longest_sides(vertices, faces, out):  # type: ignore[no-untyped-def]
 
 @kernel("void(i4[:,::1], i8[:,::1], i8[::1])")
 def cluster_vertices(cells, faces, root):  # type: ignore[no-untyped-def]
-    """Write the first vertex that is connected to each vertex within its cell (n, 3)."""
+    """Cluster the vertices that are connected within one cell.
+
+    `cells` (n, 3) contains the cell indices of each vertex. `root` receives the first vertex of the
+    cluster of each vertex.
+    """
     for i in range(len(root)):
         root[i] = i
     for i in range(len(faces)):

@@ -185,7 +185,9 @@ def _plane_axes(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _select_representatives(
     elements: Elements, is_cut: BoolArray, normal: FloatArray, width: float
 ) -> tuple[IntArray, IntArray, FloatArray]:
-    """Select one piece to represent all pieces in each cell on either side of the plane.
+    """Select one piece per cell and quadrant of directions to represent all pieces there.
+
+    If the pieces are not small, each of them represents itself.
 
     Return the rows of the representatives, the representative of each cut piece, and the area that
     each one represents.

@@ -85,7 +85,8 @@ class MeasurableTarget(Options):
     Raises
     ------
     UsageError
-        If not exactly one plane is given.
+        If not exactly one plane is given, if a set is given without a table, or if the cell size is
+        outside its bounds.
     """
 
     plane: str | None = option(

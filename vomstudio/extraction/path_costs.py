@@ -1,7 +1,7 @@
 """Cost per metre of a path at each node of a surface.
 
-The cost is close to zero where the surface looks like a contact, and one where it does not. Without
-a contact, the path of least cost is therefore the shortest path.
+The cost is close to zero at points that look like a contact, and one elsewhere. Without a contact,
+the path of least cost is therefore the shortest path.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def node_costs(graph: Graph, cost: str, target_colours: FloatArray | None = None
 def smooth_opponent_colours(graph: Graph) -> FloatArray:
     """Return the opponent colours (3, n) of the nodes, averaged with their neighbours.
 
-    They do not depend on the colours that are followed, and are computed once for a graph.
+    They do not depend on the colours that are followed, and are cached in the graph.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def smooth_opponent_colours(graph: Graph) -> FloatArray:
 
 
 def smooth_values(graph: Graph, values: FloatArray, n_passes: int = 1) -> FloatArray:
-    """Average the value of each node with those of its neighbours.
+    """Average the value of each node with the values of its neighbours.
 
     Parameters
     ----------

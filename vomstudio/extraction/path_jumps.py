@@ -2,10 +2,10 @@
 
 A path that leaves its contact crosses rock without a visible contact, which costs more, and
 continues beside the plane of the contact. It returns at the next way-point, which was clicked on
-the contact. In each leg, the stretch between two crossings whose omission leaves the remaining
-points closest to a single plane is excluded. The stretch is doubtful if its offset from this plane
-exceeds the error of the plane and the scatter of its points. A gap in a contact is crossed in the
-same way, but the path behind the gap lies in the plane of the remaining points.
+the contact. In each leg, one stretch between two crossings is excluded: the stretch whose omission
+leaves the other points closest to a single plane. The stretch is doubtful if its offset from this
+plane exceeds the error of the plane and the scatter of its points. A gap in a contact is crossed in
+the same way, but the path behind the gap lies in the plane of the other points.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def find_jumps(
     ----------
     points : (n, 3) array
     costs : (n,) array
-        Cost per metre at each point, relative to the median of the surface around it.
+        Cost at each point, relative to the median over the searched surface or photo.
     index : (w,) array
         Rows of the way-points in ascending order.
     resolution : float
@@ -93,7 +93,7 @@ def _row_slice(stretch: VertexRange) -> slice:
 def _jump_candidates(
     points: FloatArray, costs: FloatArray, index: IntArray, resolution: float
 ) -> list[list[VertexRange]]:
-    """Return the stretches between any two crossings of each leg."""
+    """Return the stretches of sufficient length between any two crossings of each leg."""
     from scipy.ndimage import uniform_filter1d
     from scipy.signal import find_peaks
 
@@ -122,9 +122,9 @@ def _jump_candidates(
 def _find_best_stretch(
     points: FloatArray, is_used: BoolArray, legs: Sequence[Sequence[VertexRange]]
 ) -> tuple[int, VertexRange] | None:
-    """Return the leg and the stretch whose exclusion leaves the points closest to one plane.
+    """Return the leg and the stretch without which the points are closest to one plane.
 
-    The points of the stretch may lie in a parallel plane.
+    The points of the stretch may lie in a parallel plane. Return None if there is no such stretch.
     """
     choices = [(leg, stretch) for leg, stretches in enumerate(legs) for stretch in stretches]
     masks = []
@@ -145,7 +145,7 @@ def _find_best_stretch(
 
 
 def _fit_masked(points: FloatArray, masks: Sequence[BoolArray]) -> list[FittedPlane | None]:
-    """Fit a plane to the points of each mask (n,); None if there are too few points."""
+    """Fit a plane to the points of each mask (n,); None if they do not define a plane."""
     usable_rows = [i for i, mask in enumerate(masks) if mask.sum() >= MIN_POINTS]
     fits: list[FittedPlane | None] = [None] * len(masks)
     if not usable_rows:
@@ -160,7 +160,10 @@ def _fit_masked(points: FloatArray, masks: Sequence[BoolArray]) -> list[FittedPl
 def _offset_ratio(
     points: FloatArray, stretch: VertexRange, fit: FittedPlane, resolution: float
 ) -> float:
-    """Return the offset of a stretch from a plane, in multiples of the allowed offset."""
+    """Return the offset of a stretch from a plane, in multiples of the allowed offset.
+
+    Return 0 if the error of the plane is unknown.
+    """
     if fit.max_confidence95_deg is None or fit.min_confidence95_deg is None or fit.rms is None:
         return 0.0
     centre = points[stretch[0] : stretch[1] + 1].mean(axis=0) - fit.centroid

@@ -33,7 +33,7 @@ def list_neighbours(first, second, starts, neighbours):  # type: ignore[no-untyp
 
 @kernel("i8(i8[::1], i4[::1])")
 def remove_duplicates(starts, neighbours):  # type: ignore[no-untyped-def]
-    """Sort the neighbours of each node and remove duplicates in place; return their number."""
+    """Sort the neighbours of each node without duplicates, in place; return the new length."""
     count, begin = 0, starts[0]
     for node in range(len(starts) - 1):
         end = starts[node + 1]

@@ -1,4 +1,4 @@
-"""Follow a contact in a photo at full resolution, and project it onto the model.
+"""Paths that follow a contact in a photo at full resolution, projected onto the model.
 
 Between way-points, the line is the path of least cost over the pixels of the photo; large areas are
 first searched in a reduced picture. The line is projected onto the surface along lines of sight
@@ -54,7 +54,7 @@ class PhotoPath:
     way_point_rows : (w,) int array
         Rows of the way-points in the path.
     costs : (n,) array
-        Cost per metre at each pixel, relative to the median of the photo around the path.
+        Cost at each pixel, relative to the median over the searched part of the photo.
     missed_count : int
         Number of pixels of the path that miss the model.
     seen, agreeing : (n,) int arrays
@@ -150,7 +150,8 @@ class PhotoFollower:
         Raises
         ------
         GeometryError
-            If all way-points are in the same pixel, or if one is outside the photo or the model.
+            If there are fewer than two way-points, if all are in the same pixel, if one is outside
+            the photo or the model, or if no path on the model connects them.
         """
         marks = np.asarray(way_points, np.float64).reshape(-1, 2)
         self._require_way_points(marks)
@@ -205,7 +206,7 @@ class PhotoFollower:
             )
 
     def _find_voters(self, way_points: FloatArray) -> tuple[list[Voter], list[Finding]]:
-        """Return the other photos that show the way-points best, and warnings about them."""
+        """Return the other photos that show the line between way-points best, and warnings."""
         if not self._uses_votes:
             return [], []
         photos, warnings = self.photos, list[Finding]()
@@ -299,9 +300,9 @@ class PhotoFollower:
     def _add_votes(
         self, graph: Graph, costs: FloatArray, voters: Sequence[Voter], way_points: FloatArray
     ) -> FloatArray:
-        """Average the costs (n,) of the photo with those of the other photos.
+        """Average the costs (n,) in the photo with the mean costs in the other photos.
 
-        In each other photo, the lowest cost within the error of the surface is used.
+        In each other photo, the lowest cost within the error of the projection is used.
         """
         pixels = graph.places[:, :2]
         positions = self.project(pixels)

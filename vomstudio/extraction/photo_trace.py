@@ -93,7 +93,7 @@ def photo_trace(
     thresholds : Thresholds
     priors : sequence of SetPrior
     name : str
-        Name of the cost in the result, if it differs.
+        Name of the cost in the result; by default, `cost`.
 
     Returns
     -------
@@ -102,7 +102,8 @@ def photo_trace(
     Raises
     ------
     GeometryError
-        If a way-point is outside the model or the photo, or if it is hidden in the photo.
+        If there are fewer than two distinct way-points, or if one of them is outside the model or
+        the photo, or hidden in the photo.
     UsageError
         If the cost is not available for photos.
     InputError

@@ -33,7 +33,7 @@ _BLUR_SIGMA_PX = 1.0
 
 
 class Voter:
-    """Another photo of the model that may show a given point.
+    """Photo, other than the followed one, that may show a given point of the model.
 
     Parameters
     ----------
@@ -137,7 +137,8 @@ def count_agreeing_photos(
     """Count the photos that show each point of a line, and those that confirm it.
 
     The patch around a pixel is projected onto the model and from there into the other photo. Both
-    patches are compared by normalised correlation, which is independent of the exposure.
+    patches are compared by normalised correlation, which is independent of the exposure. Only some
+    points are tested; the others receive the counts of the nearest tested point.
 
     Parameters
     ----------

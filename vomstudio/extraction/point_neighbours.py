@@ -65,7 +65,8 @@ def is_noise_dominated(positions: FloatArray) -> bool:
     """Return whether the noise of points exceeds their spacing.
 
     In this case, even the largest neighbourhoods fill a volume rather than a surface. If some part
-    of the cloud is not noisy, all points can be analysed individually.
+    of the cloud is not noisy, all points can be analysed individually. The result is False for a
+    small cloud.
 
     Parameters
     ----------
@@ -127,8 +128,8 @@ def estimate_normals(
 ) -> FloatArray | None:
     """Estimate the normals of points from their nearest neighbours.
 
-    All points use the same number of neighbours: the smallest number at which the normals of
-    adjacent points agree within `MAX_ANGLE_SHARE` of `angle_deg`.
+    All points use the same number of neighbours: the smallest of `NORMAL_POINT_COUNTS` at which the
+    normals of adjacent points agree within `MAX_ANGLE_SHARE` of `angle_deg`, or else the largest.
 
     Parameters
     ----------
@@ -179,6 +180,7 @@ def find_neighbourhoods(
     known_count : int or None
         Number of neighbours, if already known.
     angle_deg : float
+        Threshold angle between the normals of neighbours, degrees.
     progress : Progress
 
     Returns

@@ -111,7 +111,10 @@ def subdivide_mesh(
 def _split_faces(
     faces: IntArray, midpoints: IntArray, source: IntArray
 ) -> tuple[IntArray, IntArray]:
-    """Split each face into two to four faces at the midpoints (k, 3) of its edges (-1: none)."""
+    """Split faces at the midpoints (k, 3) of their edges into up to four faces each.
+
+    An edge with the midpoint -1 is not divided.
+    """
     count = (midpoints >= 0).sum(axis=1)
     new_faces, new_source = [faces[count == 0]], [source[count == 0]]
     for corner in range(3):

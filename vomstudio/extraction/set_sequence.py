@@ -8,12 +8,12 @@ The method follows Riquelme, Abellan, Tomas & Jaboyedoff (2014, Computers & Geos
 - Each point is assigned to the nearest set within 30 degrees.
 - In each set, nearby points form clusters (DBSCAN; Ester, Kriegel, Sander & Xu 1996): four points
   within the mean distance of the fourth neighbour in the set plus two standard deviations, where
-  each distance counts once. Clusters of at least 100 points are planes.
+  each distance counts once. Clusters of at least 100 points (by default) are planes.
 
 The following values are taken from the source of DSE 2.10 (github.com/adririquelme/DSE): the 30
 neighbours and the 20 %, the defaults of its input fields; the share of the smallest eigenvalue; the
-four points; and the two standard deviations. The 10 and 30 degrees are those of its window. DSE
-retains clusters of any size and leaves the minimum to the user.
+four points; and the two standard deviations. The 10 and 30 degrees are the values in its window.
+DSE retains clusters of any size and leaves the minimum to the user.
 
 There are two differences. DSE assigns the orientation of the set to all of its clusters unless
 asked to fit each of them; here, each cluster is fitted. DSE searches for maxima on a stereonet,

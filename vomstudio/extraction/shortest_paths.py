@@ -51,7 +51,7 @@ def straightest_path(
 ) -> IntArray | None:
     """Find the path of least cost within the corridor of the path with the fewest turns.
 
-    Where two contacts cross, the path stays on the contact that it follows: `path_with_turns`
+    At a crossing of two contacts, the path stays on the contact that it follows: `path_with_turns`
     selects the contact, and within its corridor the path of least cost stays near the middle.
 
     Parameters
@@ -82,7 +82,8 @@ def path_with_turns(
     """Find the path with the lowest total cost of length and turns.
 
     The state of the search includes a heading, one of 16 directions in the best-fit plane of the
-    nodes. An arc within `MAX_HEADING_ERROR_DEG` of the heading does not count as a turn.
+    nodes. An arc within `MAX_HEADING_ERROR_DEG` of the heading does not count as a turn. If the
+    search would visit too many nodes, the path of least cost is returned regardless of its turns.
 
     Parameters
     ----------
@@ -92,7 +93,7 @@ def path_with_turns(
     costs : (n,) ndarray
         Cost per metre at each node.
     turn_cost : float, optional
-        Cost of a right-angle turn.
+        Cost of a right-angle turn, in typical arcs of cost 1. If 0, `shortest_path` is used.
 
     Returns
     -------

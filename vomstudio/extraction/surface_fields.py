@@ -167,7 +167,8 @@ def surface_fields(
     UsageError
         If the radius is not a positive length.
     GeometryError
-        If almost all points have too few neighbours within the radius.
+        If no point has enough neighbours within the radius for a plane, or if the radius is too
+        small for the faces of a mesh.
     Cancelled
         Through `progress`.
     """

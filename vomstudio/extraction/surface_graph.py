@@ -290,7 +290,7 @@ class SurfaceGraph:
         return self.is_mesh and self.textures is not None
 
     def can_divide(self, start: FloatArray, end: FloatArray, max_length: float) -> bool:
-        """Return whether the faces of a corridor may be subdivided, which depends on their number.
+        """Return whether a corridor has few enough faces to be subdivided.
 
         Parameters
         ----------
@@ -316,8 +316,8 @@ class SurfaceGraph:
         """Build the graph of an ellipse around two positions.
 
         The ellipse contains all paths between the positions that are not longer than
-        `stretch_factor` times the straight distance plus a margin. Points and vertices are limited
-        to those connected to the first position.
+        `stretch_factor` times the straight distance plus a margin. Unless the mesh is textured,
+        only nodes connected to the first position are included.
 
         Parameters
         ----------

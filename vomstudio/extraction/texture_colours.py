@@ -15,7 +15,8 @@ _MISSING_GREY = 128.0
 class TextureColours:
     """Sampler of the colours of a textured mesh.
 
-    Pictures are read when first required; a picture that cannot be read is treated as grey.
+    Pictures are read when first required. If a picture cannot be read, the diffuse colour of its
+    material is used, or else grey.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ class TextureColours:
         return np.where(materials < len(self._mesh.materials), materials, -1)
 
     def median_edge_px(self, uv: FloatArray, triangles: IntArray, material: IntArray) -> float:
-        """Return the median edge length in pixels."""
+        """Return the median edge length in texture pixels; 1 if it is unknown."""
         sizes = np.zeros((len(self._mesh.materials) + 1, 2))
         for m in _distinct_materials(material):
             sizes[m] = self._picture_size(m)

@@ -145,7 +145,7 @@ class FollowOptions(CostOptions):
 
     @property
     def used_cost(self) -> str:
-        """Effective cost: the given one, or the default."""
+        """Effective cost: the given cost, or "colour"."""
         return self.cost or "colour"
 
 
@@ -185,7 +185,7 @@ class ProposalOptions(CostOptions):
 
     @property
     def used_cost(self) -> str:
-        """Effective cost: the given one, or the default."""
+        """Effective cost: the given cost, or "gradient"."""
         return self.cost or "gradient"
 
 

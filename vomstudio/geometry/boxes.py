@@ -28,7 +28,10 @@ class ClipBox(Result):
 
     @classmethod
     def from_points(cls, points: FloatArray) -> ClipBox:
-        """Return the bounding box of points (n, 3) in the World frame."""
+        """Return the bounding box of points (n, 3) in the World frame.
+
+        An axis along which the points do not differ receives a size of 1 m.
+        """
         low, high = points.min(axis=0), points.max(axis=0)
         is_flat = high - low < 1e-3
         low, high = np.where(is_flat, low - 0.5, low), np.where(is_flat, high + 0.5, high)
@@ -36,7 +39,13 @@ class ClipBox(Result):
 
     @classmethod
     def from_dict(cls, values: Any) -> ClipBox:
-        """Read a box. Raises ValueError if it is invalid."""
+        """Read a box from a dictionary.
+
+        Raises
+        ------
+        ValueError
+            If the values are not a valid box.
+        """
         try:
             low, high = np.array(values["low"], float), np.array(values["high"], float)
         except (KeyError, TypeError, ValueError) as error:
@@ -90,7 +99,8 @@ class ClipBox(Result):
     ) -> tuple[float, float] | None:
         """Return the range of a World ray inside the box, or None if it misses the box.
 
-        `max_distance` enlarges the box along each axis.
+        The range is in multiples of the length of `direction`. `max_distance` enlarges the box
+        along each axis.
         """
         low, high = np.array([self.low]) - max_distance, np.array([self.high]) + max_distance
         entry, exit_ = box_range(low, high, origin, direction)
@@ -107,7 +117,8 @@ def box_range(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the distances at which a ray enters and leaves boxes (n, 3).
 
-    The ray misses a box if `leave` is less than `enter`.
+    The ray misses a box if `leave` is less than `enter`, or if `leave` is negative because the
+    box is behind its origin.
 
     Parameters
     ----------

@@ -51,7 +51,10 @@ class SelectableSurface(Surface, Protocol):
         """
 
     def weighted_points(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
-        """Return the points (k, 3) of a selection and their areas, or None for equal areas."""
+        """Return the points (k, 3) of a selection and their areas.
+
+        The areas are None if they are equal.
+        """
 
     def selected_area(self, ids: IntArray) -> float | None: ...
 
@@ -62,21 +65,22 @@ class SelectableSurface(Surface, Protocol):
         """Return the edges (k, 2, 3) that belong to only one selected face; empty for points."""
 
     def area_inside(self, ring: npt.ArrayLike) -> float | None:
-        """Return the area inside a ring (n, 3), or None for points.
+        """Return the area inside a ring (n, 3).
 
-        See `outlines.surface_area.area_inside`.
+        The result is None for points, and under the conditions of
+        `outlines.surface_area.area_inside`.
         """
 
     def clip_to_outline(self, ring: npt.ArrayLike) -> FloatArray | None:
         """Return the triangles (k, 3, 3) inside a ring.
 
-        Returns None for points and for an invalid ring.
+        The result is None for points and for an invalid ring.
         """
 
     def local_normal(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
         """Return the unit normal (3,) of the surface in a ball; its sign is arbitrary.
 
-        Returns None if the normal is unknown.
+        The result is None if the normal is unknown.
         """
 
 
@@ -190,7 +194,10 @@ class MeshSurface(VertexSurface):
         return None if nearby_corners is None else clip_to_outline(nearby_corners, ring)
 
     def _nearby_face_corners(self, ring: npt.ArrayLike) -> FloatArray | None:
-        """Return the vertices of all faces that an outline may enclose."""
+        """Return the vertices (k, 3, 3) of all faces that an outline may enclose.
+
+        Return None if the outline has fewer than three vertices or the mesh has no faces.
+        """
         xyz = np.asarray(ring, np.float64).reshape(-1, 3)
         if len(xyz) < 3 or not self.count:
             return None
@@ -323,7 +330,10 @@ def _union_ids(a: IntArray, b: IntArray) -> IntArray:
 
 
 def _unique_ids(ids: IntegerArray) -> IntArray:
-    """Return the sorted distinct ids, several times faster than the hash table of NumPy."""
+    """Return the sorted distinct ids.
+
+    Sorting is several times faster than the hash table of NumPy.
+    """
     ids = np.sort(ids)
     is_first = np.ones(len(ids), np.bool_)
     np.not_equal(ids[1:], ids[:-1], out=is_first[1:])

@@ -39,11 +39,11 @@ class Intrinsics:
     Parameters
     ----------
     model : str
-        One of MODELS.
+        One of `CAMERA_MODELS`.
     width, height : int
         Size of the photos, pixels.
     params : tuple of float
-        Parameters in the order of MODELS[model].
+        Parameters in the order of ``CAMERA_MODELS[model]``.
 
     Raises
     ------
@@ -111,8 +111,8 @@ class Intrinsics:
     def project(self, points: npt.ArrayLike) -> FloatArray:
         """Project points (n, 3) in the camera frame to pixels (n, 2).
 
-        Returns NaN for points behind the camera, and for points beyond the radius at which the
-        polynomial of the lens has its maximum.
+        The pixels are NaN for points behind the camera, and for points beyond the radius at which
+        the polynomial of the lens has its maximum.
         """
         xyz = np.asarray(points, np.float64).reshape(-1, 3)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -199,7 +199,8 @@ class Intrinsics:
     def _undistort(self, distorted_points: FloatArray) -> FloatArray:
         """Invert `_distort` by Newton's method.
 
-        The radius is solved first, then the tangential distortion.
+        The start values neglect the tangential distortion. The result is NaN for points at which
+        the iteration does not converge.
         """
         max_radius = min(self._max_ideal_radius, MAX_RADIUS)
         r = np.linspace(0.0, max_radius, 2000)

@@ -32,7 +32,7 @@ class PointCloud:
     normals : (n, 3) float32 or None
         Normals of the points.
     fields : mapping
-        Additional fields (n,) of the points (intensity, classification ...), by name.
+        Additional fields (n,) of the points by name, such as the intensity.
     arrangement : ProgressiveOrder or None
         Order in which the points are drawn, if known.
     """

@@ -33,7 +33,7 @@ def check_error(value: float) -> Finding | None:
     Parameters
     ----------
     value : float
-        One-sigma error, metres.
+        One-sigma error, metres or degrees.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def check_error(value: float) -> Finding | None:
 
 
 def find_invalid_points(points: FloatArray) -> BoolArray:
-    """Find points that are not finite or beyond the limits of metres on Earth.
+    """Find points with a coordinate that is not finite or exceeds `MAX_COORDINATE_M`.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def check_near_model(point: Sequence[float], bounds: FloatArray) -> Finding | No
 
 
 def check_longitude_latitude(longitude_deg: float, latitude_deg: float) -> Finding | None:
-    """Return a finding if these are not a longitude and a latitude.
+    """Return a finding if a longitude or latitude is out of range.
 
     Parameters
     ----------

@@ -45,7 +45,13 @@ class FieldStyle(Result):
 
     @classmethod
     def from_dict(cls, values: Any) -> FieldStyle:
-        """Read a style. Raises ValueError if it is invalid."""
+        """Read a style from a dictionary.
+
+        Raises
+        ------
+        ValueError
+            If the values are not a valid style.
+        """
         try:
             ends = [None if values[k] is None else float(values[k]) for k in ("low", "high")]
             low_percentile, high_percentile = (float(v) for v in values["percentiles"])

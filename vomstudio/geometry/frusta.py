@@ -29,7 +29,7 @@ class Frustum:
     outline : (k, 3) ndarray
         Closed outline of the photo with lens distortion.
     is_weak : bool
-        Whether the photo is weakly connected to the others.
+        Whether the photo is weakly connected to the other photos.
     """
 
     name: str
@@ -105,7 +105,7 @@ def choose_frustum_size(centres: npt.ArrayLike, distance: float) -> float:
     """Return a suitable depth of the pyramids of photos.
 
     It is a share of the median distance between cameras, limited to a share of the distance to the
-    object.
+    object and to at least a twentieth of this share. It is 1 if neither distance is known.
 
     Parameters
     ----------
@@ -162,13 +162,13 @@ def find_frustum_at_pixel(
     """Find the camera at a pixel.
 
     This is the camera with the nearest apex within `max_distance_px` pixels or, if no apex is that
-    close, the one with the smallest outline that contains the pixel.
+    close, the camera with the smallest outline that contains the pixel.
 
     Parameters
     ----------
     apexes : (n, 2) ndarray
     corners : (n, 4, 2) ndarray
-        Pixels; NaN for points behind the viewer.
+        Corners of the photos in pixels; NaN for points behind the viewer.
     x, y : float
         Pixel.
     max_distance_px : float
@@ -177,7 +177,7 @@ def find_frustum_at_pixel(
     Returns
     -------
     int or None
-        Row of the camera.
+        Row of the camera; None if there is no camera at the pixel.
     """
     if not len(apexes):
         return None

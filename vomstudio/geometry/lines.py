@@ -53,7 +53,7 @@ def fit_line(points: npt.ArrayLike) -> FittedLine:
     Raises
     ------
     GeometryError
-        If there are fewer than 2 points, or all coincide.
+        If there are fewer than 2 points, if all coincide, or if a coordinate is not finite.
     """
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     n = len(xyz)

@@ -1,4 +1,4 @@
-"""Points and 4x4 matrices as plain tuples, which records and files contain."""
+"""Types of points and 4x4 matrices as plain tuples, for records and files."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from vomstudio.core.arrays import (
 
 @dataclass(frozen=True)
 class Material:
-    """Material of faces: full path of an existing image or None, and RGB in 0..1."""
+    """Material of faces: path of an existing image or None, and RGB from 0 to 1 or None."""
 
     name: str
     texture: Path | None = None
@@ -39,9 +39,9 @@ class Mesh:
     faces : (m, 3) int32
         Rows of `vertices`, grouped by material in the order of `materials`.
     materials : tuple of Material
-        Materials (p); empty if the file has none.
+        Materials (p,); empty if the file has none.
     material_offsets : (p + 1,) int64
-        ``faces[o[i]:o[i + 1]]`` have the material ``materials[i]``.
+        With these offsets o, ``faces[o[i]:o[i + 1]]`` have the material ``materials[i]``.
     uv : (n, 2) float32 or None
         Texture coordinates with the origin at the lower left of the image; NaN if missing.
     colors : (n, 3) uint8 or None

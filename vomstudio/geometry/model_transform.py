@@ -25,7 +25,7 @@ def transform_model(
 ) -> Mesh | PointCloud:
     """Transform the model by a 4 x 4 similarity, in float64.
 
-    Returns the model itself if the similarity changes nothing.
+    The model itself is returned if the similarity is the identity.
 
     Parameters
     ----------

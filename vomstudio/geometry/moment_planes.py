@@ -22,11 +22,11 @@ from vomstudio.geometry.vectors import MIN_TILT, dips_from_normals, flip_upward
 def fit_moments(
     n: int, mean: npt.ArrayLike, scatter: npt.ArrayLike, n_effective: float | None = None
 ) -> FittedPlane:
-    """Fit the moment-of-inertia plane of points known by their moments.
+    """Fit the moment-of-inertia plane of points, given their moments.
 
-    The figures are those of `fit_plane(points, ordered=False)` except for rounding: the thickness
-    of a patch is known to 1e-8 of its width. The `extent` is the diameter of the disc with the same
-    spread.
+    The figures equal the results of `fit_plane(points, is_ordered=False)` except for rounding: the
+    thickness of a patch is known to 1e-8 of its width. The `extent` is the diameter of the disc
+    with the same spread.
 
     Parameters
     ----------

@@ -166,7 +166,8 @@ def _excess_variances(
 ) -> tuple[float, float]:
     """Return the variance per independent point, estimated from the means of cells.
 
-    The first value is computed from side x side cells, the second from wider cells.
+    The first value is computed from `cells_per_side` cells along each axis, the second from cells
+    that are twice as wide.
     """
     if len(u) > MAX_SORTED_POINTS:
         count, sums = _sum_cells(u, v, u, v, r, cells_per_side)
@@ -247,7 +248,10 @@ def _sum_cells(
     r: FloatArray,
     cells_per_side: int,
 ) -> tuple[IntArray, FloatArray]:
-    """Return the counts and sums of side x side cells of nearly equal count; see `cell_sums`."""
+    """Return the counts and sums of square blocks of cells; see `cell_sums`.
+
+    There are `cells_per_side` cells along each axis, with nearly equal numbers of points.
+    """
     sample = slice(None, None, max(1, len(u) // N_BOUND_POINTS))
     order = np.argsort(rows[sample])
     slabs = np.array_split(columns[sample][order], cells_per_side)
@@ -269,7 +273,7 @@ def _sum_cells(
 
 
 def equal_cells(u: AnyArray, v: AnyArray, cells_per_side: int) -> IntArray:
-    """Assign points to side x side cells with equal numbers of points.
+    """Assign points to the cells of a patch, which have nearly equal numbers of points.
 
     Parameters
     ----------
@@ -319,7 +323,7 @@ def outline(points: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Triple, ...]:
     Returns
     -------
     tuple of Triple
-        Vertices of the hull; empty for fewer than 3 points.
+        Vertices of the hull; empty if the points do not span an area.
     """
     from scipy.spatial import ConvexHull, QhullError
 

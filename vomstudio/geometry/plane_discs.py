@@ -18,6 +18,8 @@ MAX_DISC_ERROR_DEG = 45.0
 def is_attitude_accurate(fit: FittedPlane) -> bool:
     """Return whether the attitude of a fit is accurate enough to draw a disc.
 
+    A fit without a stated error counts as accurate.
+
     Parameters
     ----------
     fit : FittedPlane

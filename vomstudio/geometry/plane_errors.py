@@ -2,7 +2,7 @@
 
 All functions are batched over m planes and use the normalised eigenvalues l1 >= l2 >= l3 of the
 covariance of the points. Angles are the half-angles of an ellipse of normals around the fitted
-normal: the axis `max` points along e2 (the plane tilts about e1), and `min` points along e1.
+normal: the largest is along e2 (the plane tilts about e1), and the smallest along e1.
 """
 
 from __future__ import annotations
@@ -190,13 +190,14 @@ def component_errors_rad(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Compute the errors of dip and dip direction, and the rake of the largest tilt.
 
-    All values are in radians.
+    All results are in radians.
 
     The region is a cone of normals with an elliptical cross-section. In the tangent plane of the
-    unit sphere at the fitted normal, it is an ellipse with semi-axes tan(largest) along e2 and
-    tan(smallest) along e1. The dip error is the half-width of the cone along the dip. The error of
-    the dip direction is the larger of the two azimuth differences at which a vertical plane touches
-    the cone. For a small tilt a of the normal across the dip, this is a / sin(dip), or t / tan(dip)
+    unit sphere at the fitted normal, it is an ellipse with semi-axes tan(`major_rad`) along e2 and
+    tan(`minor_rad`) along e1. The dip error is the half-width of the cone along the dip. The error
+    of the dip direction is the larger of the two azimuth differences at which a vertical plane
+    touches the cone. For a small tilt a of the normal across the dip, it is a / sin(dip), or
+    t / tan(dip)
     with the tilt t = a / cos(dip) of the strike line. If the ellipse contains the vertical, every
     dip direction is possible, and the error is NaN.
 

@@ -275,7 +275,7 @@ def _fit_regressions(
 ) -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
     """Fit regressions that minimise the residuals of one coordinate.
 
-    Returns the upward normals, the residuals, whether the plane is parallel to the axis, and the
+    Return the upward normals, the residuals, whether the plane is parallel to the axis, and the
     covariance (m, 3, 3) of the tip of the normal for residuals of variance n.
     """
     a, b = (i for i in range(3) if i != axis)

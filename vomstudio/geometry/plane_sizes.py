@@ -37,7 +37,7 @@ CURVE_RESOLUTIONS = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 
 
 def resolution_tilt_deg(resolution: float, width: float) -> float:
-    """Return the tilt of half the resolution over the shorter axis of a feature.
+    """Return the tilt that an offset of half the resolution causes over the shorter axis.
 
     Parameters
     ----------
@@ -84,9 +84,10 @@ def is_width_within_wander(
 
 
 def _confidence95_deg(spread: float, noise: float, dof: float) -> float:
-    """Return `plane_errors.confidence_axes_rad` of a round plane without its libraries.
+    """Compute `plane_errors.confidence_axes_rad` for a round plane, in degrees.
 
-    The window starts with this module. Arguments are the variances in the plane and across it.
+    The libraries of that module are not imported, because the window needs this module when it
+    starts. `spread` and `noise` are the variances in the plane and across it.
     """
     quantile = math.expm1(-2.0 / dof * math.log(0.05))
     gap = spread - noise
@@ -144,7 +145,7 @@ class PlaneSizes:
     ) -> PlaneSizes:
         """Return the sizes for a model.
 
-        The default noise is that of photos with this resolution.
+        By default, the noise is the value expected for photos with this resolution.
         """
         default_noise = resolution * NOISE_PIXELS / PIXELS_PER_RESOLUTION
         return cls(resolution, default_noise if noise is None else noise, registration_deg)
@@ -174,7 +175,7 @@ class PlaneSizes:
     def size_for_error(self, error_deg: float = TARGET_ERROR_DEG) -> float | None:
         """Return the smallest diameter with this expected error.
 
-        Returns None if the error of the registration exceeds it.
+        The result is None if the error of the registration is not smaller.
         """
         if error_deg <= self.registration_deg:
             return None

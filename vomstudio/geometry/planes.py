@@ -350,7 +350,10 @@ def _blank_figures(counts: IntArray) -> dict[str, AnyArray]:
 def _valid_groups(
     xyz: FloatArray, group_offsets: IntArray, counts: IntArray
 ) -> tuple[list[Finding | None], BoolArray]:
-    """Return the reason why each group cannot be fitted, and a mask of the valid groups."""
+    """Return why each group cannot be fitted, and a mask of the valid groups.
+
+    The reason is None for valid groups.
+    """
     has_points = counts >= 3
     is_finite = np.ones(len(counts), bool)
     # One maximum suffices in the usual case, in which all points are valid. A comparison with NaN

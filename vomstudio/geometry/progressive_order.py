@@ -241,7 +241,7 @@ def _assign_levels(
 def _cut_into_nodes(keys: UInt64Array, counts: IntegerArray) -> tuple[IntArray, IntArray, IntArray]:
     """Cut levels into nodes along the same sections of the curve as their parents.
 
-    Returns the start, the level and the parent of each node.
+    Return the start, the level and the parent of each node.
     """
     starts: list[int] = []
     node_levels: list[int] = []

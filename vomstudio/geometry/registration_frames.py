@@ -83,8 +83,8 @@ def change_world(
 def change_file_frame(registration: Registration, change_matrix: npt.ArrayLike) -> Registration:
     """Return a registration after a similarity of the file coordinates of the model.
 
-    The position of the model in the World frame and its errors do not change. A file whose
-    coordinates become those of World has the identity as its matrix.
+    The position of the model in the World frame and its errors do not change. If the new
+    file coordinates are World coordinates, the matrix is the identity.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def change_file_frame(registration: Registration, change_matrix: npt.ArrayLike) 
 
 
 def is_same_registration(first: Registration, second: Registration) -> bool:
-    """Return whether two registrations differ only by ids of records and the name.
+    """Return whether two registrations are equal apart from ids of records and the name.
 
     Parameters
     ----------

@@ -96,10 +96,9 @@ class Registration:
     Attributes
     ----------
     method : str
-        How the model was placed. "gps": by camera positions. "control": by control points marked in
-        photos. "local": by the photos alone. "attitudes": by the attitudes of its cameras.
-        "points": by points picked on the model. "lines": by known lines and planes alone.
-        "reference": by fitting it to another model.
+        Basis of the placement. "gps": camera positions. "control": control points marked in photos.
+        "local": the photos alone. "attitudes": attitudes of the cameras. "points": points picked on
+        the model. "lines": known lines and planes alone. "reference": fit to another model.
     frame : Frame
         World frame.
     matrix : Matrix
@@ -158,7 +157,7 @@ class Registration:
     def rotation_covariance(self) -> FloatArray | None:
         """Return the covariance (3, 3) of rotations about east, north and up, radians squared.
 
-        Returns None if it is unknown.
+        The result is None if it is unknown.
         """
         import numpy as np
 
@@ -186,7 +185,7 @@ class Registration:
         """Return the RMS positioning error of the model along any direction, one sigma, m.
 
         The error is averaged over the corners of the bounding box (2, 3) in the World frame, or
-        otherwise over check or control points. Returns None if it is unknown.
+        otherwise over check or control points. The result is None if it is unknown.
         """
         import numpy as np
 

@@ -288,7 +288,7 @@ def _inflation_at_positions(
 def _block_means(series: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Average long series (3, k, n) over MAX_PIECES pieces.
 
-    Returns the means and the share of the variance that remains.
+    Return the means and the share of the variance that remains.
 
     Tilts of the plane vary slowly along the trace, and only the slow part of the noise tilts it.
     """
@@ -314,7 +314,7 @@ def _compare_models(
     Returns
     -------
     inflation : (2, k, models) ndarray
-        Variance along e1 and e2 relative to that of white noise.
+        Variance along e1 and e2 relative to the variance for white noise.
     freedom, weight : (k, models) ndarray
         Degrees of freedom of the inflated variance, and weights of the models.
     long : (k,) ndarray of bool
@@ -361,7 +361,8 @@ def _mixture_quantile(
 ) -> FloatArray:
     """Solve sum_j weight_j P(F_j > q) = 0.05 for q (2, k).
 
-    F_j follows Fisher's F distribution with 2 and freedom_j degrees of freedom.
+    F_j is g_j times a variable with Fisher's F distribution, with 2 and model_dof_j degrees of
+    freedom. The result is scaled to `degrees_of_freedom`.
 
     Newton's method is applied to the logarithm of the tail as a function of x = log(1 + q), within
     bounds and separately for each element, so that no result depends on the other elements.

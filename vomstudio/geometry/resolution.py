@@ -85,7 +85,8 @@ def effective_resolution(
     Returns
     -------
     float or None
-        In the unit of the points; None if the neighbouring points coincide.
+        In the unit of the points; None if the neighbouring points coincide, or if there are no
+        positions or fewer than two points.
     """
     query_points = np.asarray(positions, np.float64).reshape(-1, 3)
 
@@ -109,12 +110,13 @@ def resolution_from_neighbours(neighbours: Callable[[int], FloatArray | None]) -
     Parameters
     ----------
     neighbours : callable
-        Returns the k nearest points (q, k, 3) of the positions, fewer if the surface has fewer, or
-        None.
+        Function that returns the k nearest points (q, k, 3) of the positions, fewer if the surface
+        has fewer, or None.
 
     Returns
     -------
     float or None
+        None if there are no neighbours or all of them coincide.
     """
     areas_and_noises: tuple[FloatArray, FloatArray] | None = None
     for count in NEIGHBOUR_COUNTS:
@@ -130,13 +132,16 @@ def resolution_from_neighbours(neighbours: Callable[[int], FloatArray | None]) -
 
 
 def _inner_share(neighbour_points: FloatArray) -> float:
-    """Return the share of neighbours (q, k, 3), nearest first, within half the distance."""
+    """Return the share of neighbours within half the distance of the farthest neighbour.
+
+    The neighbours (q, k, 3) are sorted, nearest first.
+    """
     distance = np.linalg.norm(neighbour_points[:, 1:] - neighbour_points[:, :1], axis=2)
     return float((distance < 0.5 * distance[:, -1:]).mean())
 
 
 def _resolution_from_areas_and_noises(areas: FloatArray, noises: FloatArray) -> float | None:
-    """Return the larger of the median spacing and the median noise."""
+    """Return the larger of the median spacing and the median noise; None if unknown."""
     is_known = np.isfinite(areas) & (areas > 0)
     if not is_known.any():
         return None
@@ -146,8 +151,8 @@ def _resolution_from_areas_and_noises(areas: FloatArray, noises: FloatArray) -> 
 def neighbour_statistics(neighbour_points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the area per point and the noise about the local plane.
 
-    The area is that of the ellipse with the variances of the points, accurate to a few percent even
-    at borders. Coincident points count once.
+    The area is computed from the ellipse that has the variances of the points; it is accurate to a
+    few percent even at borders. Coincident points count once.
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
 """Errors of measurements caused by errors in the rotation and scale of a model.
 
 A small rotation w moves a unit vector u by w x u. A rotation with the covariance C therefore gives
-the vector the covariance [u]x C [u]x' in the plane perpendicular to it. The covariance of a normal
-is that of its plane. With a relative change s of the scale, the difference d of two points changes
-by w x d + s d: its relative length changes by s only, and its component along a fixed direction u
-(such as up) changes by w . (d x u) + s d . u.
+the vector the covariance [u]x C [u]x' in the plane perpendicular to it. The attitude of a plane has
+the covariance of its normal. With a relative change s of the scale, the difference d of two points
+changes by w x d + s d: its relative length changes by s only, and its component along a fixed
+direction u (such as up) changes by w . (d x u) + s d . u.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def enlarged_semi_axes(
     largest_deg, smallest_deg : (n,) array_like or float
         Semi-axes of the fit, degrees.
     total_deg : (n,) array_like or float
-        Larger half-angle with all errors; not less than that of the fit, degrees.
+        Larger half-angle with all errors; not less than `largest_deg`, degrees.
     excluded_deg : (n,) array_like or float
         Part of the total to exclude, such as a registration that rotates planes together, degrees.
 

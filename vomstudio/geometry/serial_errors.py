@@ -1,6 +1,6 @@
-"""Serially correlated errors, such as those of a drifting receiver during a photo flight.
+"""Serially correlated errors, for example of a drifting receiver during a photo flight.
 
-The correlation of neighbours is that of a first-order autoregressive process, estimated by
+The errors are modelled as a first-order autoregressive process, whose correlation is estimated by
 restricted maximum likelihood (Cooper & Thompson 1977, Biometrika 64, 625). Residuals are less
 correlated than errors, because a fit absorbs part of the errors; the restricted likelihood accounts
 for this.
@@ -38,7 +38,8 @@ def fit_serial_correlation(derivatives: FloatArray, residuals: FloatArray) -> fl
     Returns
     -------
     float
-        Correlation; 0 if it is not significant or if there are too few errors.
+        Correlation; 0 if it is not significant, if there are too few measurements, or if the
+        residuals are rounding errors.
     """
     n = len(residuals)
     if n < MIN_RESIDUALS or not np.abs(residuals).max() > MAX_ROUNDING:
@@ -121,7 +122,7 @@ def independent_share(rho: float) -> float:
 def variance_inflation(
     projection: FloatArray, correlated_projection: FloatArray, count: int
 ) -> float:
-    """Return the factor by which a variance exceeds that of `count` residuals.
+    """Return the factor by which a fit underestimates the variance of correlated errors.
 
     A fit absorbs a larger part of the errors if they are serially correlated.
 
@@ -137,7 +138,7 @@ def variance_inflation(
     Returns
     -------
     float
-        Variance factor, at least 1.
+        Variance factor, from 1 to `MAX_VARIANCE_RATIO`.
     """
     expected_dof = count - 2.0 * np.trace(projection) + np.trace(projection @ projection)
     correlated_dof = (

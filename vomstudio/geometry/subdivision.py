@@ -2,7 +2,7 @@
 
 Linear subdivision (at the midpoints of edges, at centroids, or by bisection) turns each face into a
 flat patch whose outline has the corners of that face; the vertices on its sides and inside are
-interpolated. A patch is considered divided only if it is a triangle, or has as many faces per
+interpolated. A patch is considered divided only if it is a triangle, or has about as many faces per
 triangle of its outline as the divided triangles. All vertices of other patches are used, and their
 spacing is the resolution there.
 """

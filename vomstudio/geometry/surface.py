@@ -1,4 +1,4 @@
-"""Properties of a model that measurements on it depend on."""
+"""Properties of a model on which measurements depend."""
 
 from __future__ import annotations
 
@@ -39,15 +39,15 @@ class Surface(Protocol):
         """Return the effective resolution of the model around points (k, 3), m.
 
         It is the larger of the mean spacing and the noise of the vertices or points; see
-        `geometry.resolution`.
+        `geometry.resolution`. It is None if it is unknown.
         """
 
     def outcrop_normal(self, points: FloatArray) -> FloatArray | None:
-        """Return the unit normal (3,) of the outcrop face around the line through points (k, 3).
+        """Return the unit normal (3,) of the outcrop face around a line through points (k, 3).
 
         The normal refers to a scale of several times the extent of the line. If the line lies in a
         single rock face and is straight within the scatter of its points, the normal of that face
-        is returned.
+        is returned. The result is None if no face can be fitted.
         """
 
 
@@ -160,7 +160,7 @@ class VertexSurface:
     def _normal(self, centre: FloatArray, radius: float) -> FloatArray | None:
         """Return the unit normal of the vertices in a ball.
 
-        Returns None if there are too few vertices or the tree has not been built.
+        Return None if there are too few vertices or the tree has not been built.
         """
         if self._tree is None or self._coarse_tree is None:
             return None
@@ -189,7 +189,7 @@ class VertexSurface:
 def _fit_face_normal(line: FloatArray, near_points: FloatArray, radius: float) -> FloatArray | None:
     """Fit the unit normal (3,) of vertices (k, 3) within a radius of a line.
 
-    Returns None if they do not form a face.
+    Return None if they do not form a face.
     """
     from scipy.spatial import cKDTree
 
@@ -208,9 +208,10 @@ def _fit_face_normal(line: FloatArray, near_points: FloatArray, radius: float) -
 
 
 def _plane_within_wander(points: FloatArray, resolution: float) -> FloatArray | None:
-    """Return the normal (3,) of the plane of points (k, 3) no wider than their wander.
+    """Return the normal (3,) of the plane of a trace whose width may be due to wandering.
 
-    Returns None for wider traces; see `plane_sizes.is_width_within_wander`.
+    Return None for wider traces and for exactly straight ones; see
+    `plane_sizes.is_width_within_wander`.
     """
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if len(points) < 3 or not resolution > 0.0:

@@ -77,9 +77,11 @@ MAX_ROUNDING_M = 1e-7
 
 
 def strip_metric_suffix(name: str, other_names: Container[str] = ()) -> str:
-    """Return the name of a column `NAME_m`, `NAME_m2` or `NAME_1_per_m` for an unknown unit.
+    """Return the name of a column without its metric suffix, for an unknown unit.
 
-    It is `NAME`, or `NAME_units` if another column has this name.
+    `NAME_m` and `NAME_m2` become `NAME`; `NAME_1_per_m` and `NAME_1_per_m2` become
+    `NAME_1_per_length` and `NAME_1_per_area`. If another column has the new name, `_units` is
+    appended. Other names do not change.
 
     Parameters
     ----------
@@ -138,6 +140,7 @@ def length_text(length_m: float | None, digits: int = 3, *, is_metric: bool = Tr
     Returns
     -------
     str
+        A dash for None.
     """
     if length_m is None:
         return "–"
@@ -205,6 +208,7 @@ def area_text(area_m2: float | None, digits: int = 3, *, is_metric: bool = True)
     Returns
     -------
     str
+        A dash for None.
     """
     if area_m2 is None:
         return "–"

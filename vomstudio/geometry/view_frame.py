@@ -35,7 +35,13 @@ class ViewFrame:
 
     @classmethod
     def from_direction(cls, direction: npt.ArrayLike) -> ViewFrame:
-        """Return the frame of a viewer who looks along `direction` (3,), which is not zero."""
+        """Return the frame of a viewer who looks along `direction` (3,).
+
+        Raises
+        ------
+        GeometryError
+            If the direction is zero or not finite.
+        """
         d = np.asarray(direction, np.float64).reshape(3)
         length = float(np.linalg.norm(d))
         if not np.isfinite(length) or length == 0.0:

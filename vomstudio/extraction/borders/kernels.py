@@ -61,10 +61,10 @@ def sort_into_cells(plane_coordinates, x, y, cells_per_unit, columns, cell_start
 
 @kernel("i8(f8[:,::1], i8[::1], f8, f8, f8, i8, i8, b1[:,::1])")
 def thin_cells(points, cell_starts, x, y, cells_per_unit, columns, max_points, is_occupied):  # type: ignore[no-untyped-def]
-    """Thin cells with more than `max_points` points to one point per square; return the total.
+    """Keep one point per square in cells with more than `max_points`; return the total.
 
-    The points are sorted by `sort_into_cells`. `is_occupied` is a work array for the squares of one
-    cell.
+    The points must be sorted by `sort_into_cells`; they and `cell_starts` are updated in place.
+    `is_occupied` is a work array for the squares of one cell.
     """
     squares_per_side, total, first = len(is_occupied), 0, 0
     for c in range(len(cell_starts) - 1):
@@ -108,7 +108,10 @@ def _is_interior(cell_starts, columns, c):  # type: ignore[no-untyped-def]
 
 @part
 def _is_surrounded(points, cell_starts, columns, c, p, max_offset, radius, table):  # type: ignore[no-untyped-def]
-    """Return whether each of 64 sectors of directions is excluded by a single neighbour."""
+    """Return whether neighbours exclude all of the 64 sectors of directions.
+
+    A sector counts only if a single neighbour excludes it completely.
+    """
     bins = table.shape[0]
     x, y = points[p, 0], points[p, 1]
     bins_per_unit, half_bins = bins / (4.0 * radius), bins / 2.0
@@ -174,10 +177,11 @@ def roll_disc(  # type: ignore[no-untyped-def]
 ):
     """Write the pairs of points between which an empty disc rolls, and return their number.
 
-    Return -1 if there are more pairs than fit into `edges`. The points are sorted by
+    Return -1 if there are more pairs than fit into `edges`. The points must be sorted by
     `sort_into_cells`, with a margin of `max_offset` + 1 empty cells. If `skip_interior`, only gaps
-    that reach a cell beside an empty cell are used. `table` contains the sectors (see polygons.py);
-    `is_queued` must be False on entry; `queue`, `neighbours` and `arcs` are work arrays.
+    that reach a cell beside an empty cell are used. `table` contains the sectors that a neighbour
+    excludes (see polygons.py); `is_queued` must be False on entry; `queue`, `neighbours` and `arcs`
+    are work arrays.
     """
     tail, total = 0, 0
     rows = (len(cell_starts) - 1) // columns

@@ -54,6 +54,8 @@ def enclose_faces(
 ) -> tuple[Any, FloatArray]:
     """Build the polygon that is enclosed by the free edges of faces.
 
+    Narrow gaps between separate pieces are closed.
+
     Parameters
     ----------
     corners : (k, 3, 3) array
@@ -148,7 +150,7 @@ def _trace_boundary_lines(
     """Trace the boundary lines (k, 2, 2) with a disc that rolls around the points.
 
     Return None if the lines do not close, for example if rounding decides whether four points lie
-    on a circle.
+    on a circle, or if a grid of cells cannot be built.
     """
     low, size = ends[0], ends[1] - ends[0]
     cell_size = max(_CELL_SIZE_SPACINGS * spacing, float(np.sqrt(size[0] * size[1] / _MAX_CELLS)))
@@ -197,8 +199,8 @@ def _trace_boundary_lines(
 def _tabulate_sectors() -> IntArray:
     """Tabulate the directions that a neighbour excludes, as bits for 64 sectors.
 
-    The table consists of squares that extend over twice the radius to each side; a sector is set if
-    the neighbour excludes it from anywhere within its square.
+    The squares of the table cover twice the radius to each side of a point. A sector is set if a
+    neighbour at any position within the square excludes it.
     """
     grid_lines = np.linspace(-2.0, 2.0, _SECTOR_TABLE_SIZE + 1)
     corners = np.stack(np.meshgrid(grid_lines, grid_lines, indexing="ij"), axis=-1)
@@ -216,9 +218,10 @@ def _tabulate_sectors() -> IntArray:
 
 
 def _triangulated_boundary_lines(plane_coordinates: FloatArray, radius: float) -> FloatArray:
-    """Derive the boundary lines from a Delaunay triangulation, if those of the disc are open.
+    """Derive the boundary lines (k, 2, 2) from a Delaunay triangulation.
 
-    They are the free edges of the triangles whose circumcircle is not larger than the disc.
+    They are the free edges of the triangles whose circumcircle is not larger than the disc. There
+    are no lines if the points cannot be triangulated.
     """
     from scipy.spatial import Delaunay, QhullError
 
@@ -240,10 +243,11 @@ def _triangulated_boundary_lines(plane_coordinates: FloatArray, radius: float) -
 
 
 def _gap_radius(count: int) -> float:
-    """Return the maximum radius, in mean spacings, of circles through three random neighbours.
+    """Return the radius, in mean spacings, of a disc larger than nearly all random gaps.
 
-    A fraction (1 + x) exp(-x) of these circles has an area larger than x (Miles 1970, Mathematical
-    Biosciences 6, 85), and there are twice as many circles as points.
+    A fraction (1 + x) exp(-x) of the circles through three random neighbours has an area larger
+    than x times the mean area per point (Miles 1970, Mathematical Biosciences 6, 85). There are
+    twice as many circles as points.
     """
     x = 10.0
     for _ in range(5):
@@ -288,7 +292,7 @@ def to_wkt(polygon: Any, axes: FloatArray, centre: FloatArray, tolerance: float)
 
 
 def _find_free_edges(ends: IntArray) -> BoolArray:
-    """Return which edges (k, 2) belong to an odd number of faces, each edge once."""
+    """Find the edges (k, 2) that belong to an odd number of faces; mark each of them once."""
     key = ends.min(axis=1) * (int(ends.max()) + 1) + ends.max(axis=1)
     _, edge_indices, count = np.unique(key, return_inverse=True, return_counts=True)
     is_first = np.zeros(len(key), np.bool_)

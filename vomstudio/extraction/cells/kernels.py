@@ -36,8 +36,8 @@ def assign_points(  # type: ignore[no-untyped-def]
 
     `labels` (cells,) contains the facet of each cell, negative for none; `centres` and
     `plane_normals` (f, 3) and `limits` (f,) describe the planes of the facets. `is_open` receives
-    whether a point must be analysed individually: if the adjacent cells belong to several facets,
-    if they belong to none and are not clutter, or if the point is not on the plane of its cell.
+    whether a point must be analysed individually: if its cell has no facet, if an adjacent cell
+    that is not clutter has another facet or none, or if the point is not on any of these planes.
     """
     for c in range(len(cell_starts) - 1):
         cell_label = labels[c]
@@ -126,9 +126,9 @@ def describe_cells(  # type: ignore[no-untyped-def]
 ):
     """Describe the neighbourhood of each cell, given its number of points and eigenvalues.
 
-    The area per point, the variation and the scatter about the plane are written. Points on a line
-    do not define a normal. For a cell with at least `min_points` and a variation of at most
-    `max_variation`, its own scatter is used.
+    The area per point, the variation and the scatter about the plane are written. The normal
+    becomes NaN if the points are on a line. For a cell with at least `min_points` points and a
+    variation of at most `max_variation`, the scatter within the cell is used if it is smaller.
     """
     for c in range(len(count)):
         smallest_eigenvalue, middle_eigenvalue, largest_eigenvalue = (

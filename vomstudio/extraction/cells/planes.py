@@ -1,8 +1,7 @@
-"""Planes of a dense cloud, found on cells of about ten points each.
+"""Planes of a dense cloud, found on cells of sixteen or more points each.
 
 Within a rock face, neighbouring points lie in the same plane, so they can be analysed together.
-Edges, small pieces and rough ground, which cells cannot resolve, are left to the analysis of
-individual points.
+Edges, small pieces and rough ground, which cells cannot resolve, are analysed point by point.
 """
 
 from __future__ import annotations
@@ -61,8 +60,9 @@ def find_cell_planes(
     Parameters
     ----------
     local_points : (n, 3) array
-        Points relative to their minimum.
+        Points relative to an origin at or below their minimum.
     angle_deg : float
+        Maximum angle between the normal of a cell and the plane of its facet, degrees.
     max_distance : float or None
         Maximum distance from a plane, m.
     min_points, min_area
@@ -70,8 +70,8 @@ def find_cell_planes(
         analysis of individual points.
     progress : Progress
     is_noisy : bool
-        Whether to use only neighbourhoods wider than those of individual points; detected for large
-        clouds.
+        Whether the noise is known to exceed the spacing, so that only wide neighbourhoods are used.
+        If False, this is detected on the cells.
 
     Returns
     -------
@@ -174,7 +174,7 @@ def _find_flat_cells(
     max_variation: float,
     progress: Progress,
 ) -> _CellSearch:
-    """Find the smallest cells with flat neighbourhoods, with up to ten times as many points."""
+    """Enlarge cells until their neighbourhoods are flat, up to ten times `points_per_cell`."""
     max_points_per_cell, min_noise = 10.0 * points_per_cell, np.inf
     while True:
         grid = create_cell_grid(local_points, points_per_cell)

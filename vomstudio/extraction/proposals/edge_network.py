@@ -1,9 +1,9 @@
-"""Edge detection in pictures by a local ONNX network, run with the dnn module of OpenCV.
+"""Edge detection in pictures by a local ONNX network, run by the dnn module of OpenCV.
 
 The input is a single picture, (1, 3, height, width), with red, green and blue from 0 to 1 (or one
 grey channel). The output is the edge probability of each pixel, (1, 1, height, width). A picture
-whose size differs from that of the network is divided into overlapping tiles, and only the central
-part of each tile is used.
+whose size differs from the input size of the network is divided into overlapping tiles, and only
+the central part of each tile is used.
 """
 
 from __future__ import annotations
@@ -72,8 +72,9 @@ class EdgeNetwork:
         Raises
         ------
         InputError
-            If the output of the network is invalid.
+            If the network fails or its output is invalid.
         Cancelled
+            Through `progress`.
         """
         height, width = picture.shape[:2]
         total_height, total_width = self._tile_size(0, height), self._tile_size(1, width)
@@ -142,7 +143,7 @@ class EdgeNetwork:
         return net
 
     def _run(self, part: ByteArray, height: int, width: int) -> Float32Array:
-        """Run the network on a part of a picture, padded to (tall, wide)."""
+        """Run the network on a part of a picture, padded to (height, width)."""
         import cv2
 
         part_height, part_width = part.shape[:2]
@@ -182,7 +183,7 @@ class EdgeNetwork:
         return np.clip(network_output, 0.0, 1.0)
 
     def _tile_size(self, axis: int, size: int) -> int:
-        """Return the size of the tiles: that required by the network, or a multiple of 32."""
+        """Return the size of the tiles: the size required by the network, or a multiple of 32."""
         fixed_side = self._input_sizes[axis]
         return fixed_side if fixed_side is not None else min(_TILE_PX, 32 * -(-size // 32))
 
@@ -195,7 +196,7 @@ def _margin(tile: int, size: int) -> int:
 
 
 def _tile_starts(size: int, tile: int, margin: int) -> list[int]:
-    """Return the starts of the tiles, each of which overlaps the previous one by two margins."""
+    """Return the starts of tiles that overlap the previous tile by at least two margins."""
     if tile >= size:
         return [0]
     starts = list(range(0, size - tile, tile - 2 * margin))

@@ -52,8 +52,9 @@ def write_edges(
     Raises
     ------
     InputError
-        If the network or a picture cannot be read.
+        If the network or a picture cannot be read, or if the output of the network is invalid.
     Cancelled
+        Through `progress`.
     """
     from PIL import Image
 
@@ -119,9 +120,10 @@ def colour_by_edges(
 def _detect_point_edges(
     points: FloatArray, colours: ByteArray, spacing: float, find_edges: EdgeDetector, folder: Path
 ) -> ByteArray:
-    """Return the edges (n,) of points, viewed perpendicular to their overall plane.
+    """Return the grey values (n,) of edges at points, seen perpendicular to their plane.
 
-    The view is from above or from outside. The value of hidden points is 255 (no edge).
+    The plane is fitted to all points and is seen from above. The value of hidden points is 255 (no
+    edge).
     """
     from PIL import Image
     from scipy.ndimage import distance_transform_edt

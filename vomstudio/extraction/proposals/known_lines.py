@@ -1,4 +1,4 @@
-"""Comparison of proposed with known lines, and way-points to follow a line again."""
+"""Comparison of proposed and known lines, and way-points to follow a line again."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def _find_farthest_vertex(line: FloatArray, first_row: int, last_row: int) -> tu
 
 
 def _densify_line(line: FloatArray, max_distance: float) -> FloatArray:
-    """Add points between vertices, at most half of `max_distance` apart, within limits."""
+    """Resample a line in equal steps of at most half of `max_distance`, within limits."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     arc_lengths = np.concatenate([[0.0], np.cumsum(steps)])
     count = int(np.clip(np.ceil(2.0 * arc_lengths[-1] / max_distance), 1, 100_000)) + 1

@@ -49,7 +49,8 @@ class LineCandidate:
     evidence : float
         Mean evidence along the line, in standard deviations of the noise.
     strength : float
-        Evidence times the square root of the length in arcs, by which lines are ranked.
+        Evidence times the square root of the length in typical arc lengths, by which lines are
+        ranked.
     """
 
     nodes: IntArray
@@ -133,6 +134,7 @@ def simulate_strengths(
     graph : Graph
     evidence : (n,) array
     cost : str
+        Cost from which the evidence was computed.
     min_length : float
         Minimum length of a line, m.
     check : callable
@@ -165,7 +167,7 @@ def simulate_strengths(
 
 
 def line_p_value(strength: float, null_strengths: FloatArray) -> float:
-    """Return the p-value of a line, the probability that noise contains one as strong.
+    """Return the p-value of a line, the probability that noise has an equally strong one.
 
     Parameters
     ----------

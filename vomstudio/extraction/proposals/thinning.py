@@ -1,4 +1,4 @@
-"""Random sample of the points of a very large model in which lines are searched."""
+"""Random sample of the points of a very large model, used to search for lines."""
 
 from __future__ import annotations
 

@@ -52,7 +52,8 @@ class Proposal(PrintableResult):
     plane : dict or None
         Row of the orientation table; None if no plane can be fitted.
     band : BandFigures or None
-        Band of planes that are compatible with a straight line.
+        Band of planes that are compatible with a straight line; None if the plane is determined or
+        cannot be fitted.
     """
 
     line: str

@@ -62,7 +62,8 @@ def select_by_value(
 ) -> BoolArray:
     """Select faces (by the mean of their corners) or points with a value from low to high.
 
-    If low exceeds high, as for azimuths around north, values outside the interval are selected.
+    If low exceeds high, as for azimuths around north, values from low up and from high down are
+    selected; a face is then selected if at least two of its corners have such a value.
 
     Parameters
     ----------
@@ -92,12 +93,12 @@ def select_by_value(
 
 
 class ElementColours:
-    """Colours of the faces of a mesh (from textures or vertices), or of the points of a cloud.
+    """Colours of mesh faces (from textures or vertices) or of the points of a cloud.
 
     Raises
     ------
     GeometryError
-        If the model has no colours.
+        If the model has no colours, or if it is a streamed cloud.
     """
 
     def __init__(self, data: Mesh | PointCloud) -> None:
@@ -117,6 +118,8 @@ class ElementColours:
 
     def like(self, ids: IntArray, tolerance: float) -> BoolArray:
         """Select elements whose colour is similar to the mean colour of `ids`.
+
+        A face is selected if at least two of its corners have a similar colour.
 
         The tolerance is a distance in CIE L*a*b* with half the weight for lightness, because rock
         in the shade is darker. The smallest visible difference is 2.3 (Mahy et al. 1994, Color Res.

@@ -93,7 +93,7 @@ def build_neighbour_graph(data: Mesh | PointCloud, spacing: float) -> NeighbourG
     Raises
     ------
     GeometryError
-        If the model has no faces, or if it is a streamed cloud.
+        If a mesh has no faces, or if a cloud is streamed or has fewer than four points.
     """
     if isinstance(data, Mesh):
         return MeshNeighbourGraph(data)

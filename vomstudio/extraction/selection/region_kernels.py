@@ -212,9 +212,10 @@ def _list_adjacent_cells(rows, columns, names, ends, ny, cell, neighbours):  # t
 
 @part
 def _compute_cell_normal(points, cell_starts, neighbours, count, cell, point_normals, normals):  # type: ignore[no-untyped-def]
-    """Write the normal of a cell: the mean of the point normals, or the normal of their plane.
+    """Write the normal of a cell: the mean of its point normals, or the normal of a plane.
 
-    The normal is infinite if the points do not define a plane.
+    The plane is fitted to the points of the cell and its adjacent cells if no point has a normal.
+    The normal is infinite if these points do not define a plane.
     """
     p = cell_starts[cell]
     if len(point_normals) > 0:
@@ -289,10 +290,10 @@ def grow_points(  # type: ignore[no-untyped-def]
     points within `max_distance` are added. Return the number of points, or -1 if the cell of the
     seed has no plane.
 
-    `cell_starts` (c + 1,) is the first point of each cell; `point_normals` are the normals of the
-    points, or empty; `normals` are those of the cells, NaN if not yet computed; `is_excluded` marks
-    excluded points; `is_reached` must be zero on entry; `neighbours` and `cells` are work arrays
-    for 27 cells and for all cells.
+    `cell_starts` (c + 1,) is the first point of each cell; `point_normals` contains the normals of
+    the points, or is empty; `normals` contains the normals of the cells, NaN if not yet computed;
+    `is_excluded` marks excluded points; `is_reached` must be False on entry; `neighbours` and
+    `cells` are work arrays for 27 cells and for all cells.
     """
     ox, oy, oz = points[seed, 0], points[seed, 1], points[seed, 2]
     _clear_sums(sums)

@@ -78,7 +78,8 @@ class ViewSnapshot:
     def pixels(self, points: FloatArray) -> FloatArray:
         """Project points (n, 3) of the World frame to picture pixels (n, 2).
 
-        The pixels of points behind the eye or outside the clipping box are NaN.
+        The pixels are NaN for points outside the clipping box and, in a perspective view, for
+        points behind the eye.
         """
         frame = self.to_eye(np.eye(4))
         eye = points @ frame[:, :3].T + frame[:, 3]

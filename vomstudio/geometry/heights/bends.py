@@ -1,9 +1,9 @@
 """Bend of a whole face, which makes its plane only a local attitude.
 
-A face with a roughness wavelength as long as the face itself is part of a wave. Its plane may be
-well known, but the attitude of the surface over several such faces differs from it by an angle as
-large as the bend of the face. The bend is measured by a quadratic surface through the means of
-equal cells, which explains little of any shorter roughness.
+A face with a roughness wavelength as long as the face itself is part of a wave. Its plane may have
+a small error, but the attitude of the surface over several of these faces differs from it by an
+angle as large as the bend of the face. The bend is measured by a quadratic surface through the
+means of equal cells, which explains little of any shorter roughness.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ def measure_bend(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     Parameters
     ----------
     points : (n, 3) array_like
-        Points of the face, in any frame; every k-th of more than 6,000 is used.
+        Points of the face, in any frame. If there are more than 6,000, a regular sample is used.
     normal : (3,) array_like
         Normal of its plane.
 
     Returns
     -------
     float or None
-        Degrees, in the direction of the maximum bend. None for faces with no bend at a significance
-        of 1 %, with shorter roughness, or with too few points.
+        Degrees, in the direction of the maximum bend. None if the bend is not significant at 1 %,
+        if most of the relief is shorter roughness, or if there are too few points.
     """
     from scipy.special import fdtrc
 

@@ -157,9 +157,9 @@ def grid_steps(points: FloatArray) -> FloatArray:
 def _gap_between_cells(
     a: FloatArray, b: FloatArray, mean: FloatArray, slopes: FloatArray, max_scatter: float
 ) -> float | None:
-    """Return the gap between levels of cells.
+    """Return the gap between the levels of cell means; None if there is only one level.
 
-    Without a step, the scatter of the cells is below `max_scatter`.
+    Without a step, the scatter of the means is below `max_scatter`.
     """
     for start_slopes in (slopes, np.zeros(2)):
         if float(np.std(mean - start_slopes[0] * a - start_slopes[1] * b)) < max_scatter:
@@ -175,7 +175,10 @@ def _gap_between_cells(
 def _fit_levels(
     a: FloatArray, b: FloatArray, mean: FloatArray, slopes: FloatArray, level_count: int
 ) -> float | None:
-    """Return the smallest distance between the levels of cells above a common plane."""
+    """Return the smallest distance between the levels of cells above a common plane.
+
+    Return None if the cells do not cluster at this number of levels.
+    """
     heights = mean - slopes[0] * a - slopes[1] * b
     low, high = np.quantile(heights, [0.05, 0.95])
     level_heights = np.asarray(np.linspace(float(low), float(high), level_count), np.float64)
@@ -231,7 +234,10 @@ def _round_positions(x: FloatArray) -> Int16Array:
 
 # --- layers -----------------------------------------------------------------------------------
 def _gap_between_layers(h: FloatArray, max_valley_ratio: float, grid: float) -> float | None:
-    """Return the distance between the two largest peaks if the valley is deep enough."""
+    """Return the distance between the two largest peaks of the heights.
+
+    Return None if there is a single peak or if the valley between the peaks is too shallow.
+    """
     low, high = np.quantile(h, [0.002, 0.998])
     inner_heights = h[(h >= low) & (h <= high)]
     width = max(KERNEL_WIDTH * float(inner_heights.std()), 0.5 * grid)

@@ -27,9 +27,9 @@ def find_neighbouring_cells(keys, row, layer, position, starts, near_points):  #
     position : (9,) ndarray
         Zeros; working space.
     starts : (k + 1,) ndarray
-        Output: the neighbours of cell c are near[starts[c]:starts[c + 1]].
+        Output: the neighbours of cell c are near_points[starts[c]:starts[c + 1]].
     near_points : ndarray
-        Output: rows of `keys`.
+        Output: rows of the neighbours in `keys`.
     """
     count = 0
     for c in range(len(keys)):
@@ -110,9 +110,9 @@ def cell_numbers(points, cells_per_unit, row, layer, keys):  # type: ignore[no-u
 
 @kernel("i8(f8[:,::1], f8, i8, i8, i8[::1])")
 def number_points_in_cells(points, cells_per_unit, row, layer, keys):  # type: ignore[no-untyped-def]
-    """Compute the cell numbers of the points in one of 16 cells, and return their count.
+    """Compute the cell numbers of the points in one of 16 cells; return their count.
 
-    The cells are selected by a hash of their number; see also `cell_numbers`.
+    A sixteenth of the cells is selected by a hash of their numbers; see also `cell_numbers`.
     """
     count = 0
     for p in range(len(points)):
@@ -125,7 +125,7 @@ def number_points_in_cells(points, cells_per_unit, row, layer, keys):  # type: i
 
 @kernel("void(i8[::1], i8, i8, i8[::1], i8[::1])")
 def radix_sort(values, first, last, buffer, counts):  # type: ignore[no-untyped-def]
-    """Sort values by the bits `first` to `last`, preserving the order of equal values.
+    """Sort values by the bits `first` to `last` - 1, preserving the order of equal values.
 
     This is a radix sort from the lowest bits upwards (Knuth, The Art of Computer Programming 3,
     5.2.5). `buffer`, which has the length of `values`, and `counts` (512,) are working space.

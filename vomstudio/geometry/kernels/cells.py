@@ -129,8 +129,9 @@ def fit_local_planes(  # type: ignore[no-untyped-def]
     """Fit a plane to the points in a ball around each position.
 
     The outputs are the number of points, their mean, the unit normal of their plane, and the
-    eigenvalues of their covariance in ascending order. The normal is NaN for fewer than three
-    points. Points and positions are relative to the corner of the grid.
+    eigenvalues of their covariance in ascending order. The normal and the eigenvalues are not
+    written for fewer than three points. Points and positions are relative to the corner of the
+    grid.
     """
     limit = radius * radius
     for row in range(len(positions)):

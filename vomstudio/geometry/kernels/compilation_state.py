@@ -1,6 +1,6 @@
 """Record of whether all kernels are compiled on this machine.
 
-Looking up every kernel takes a separate process two seconds. Therefore, a note is stored next to
+Looking up every kernel takes two seconds in a separate process. Therefore, a note is stored next to
 the kernels once all of them have been compiled. Its name identifies the files of the program, the
 compiler and the machine. If the note is missing or belongs to another program version, the kernels
 are looked up. If it is wrong, a kernel is compiled when it is needed.

@@ -61,7 +61,7 @@ _ENGINES: list[Any] = []
 class Baseline(NamedTuple):
     """Processors for which the program contains compiled kernels.
 
-    `cpu` and `features` are names of LLVM.
+    `cpu` and `features` are LLVM names.
     """
 
     cpu: str
@@ -87,13 +87,16 @@ class _UncacheableKernelError(Exception):
 def entry(
     source: KernelSource, compile_with_numba: Callable[[], Callable[..., Any]]
 ) -> Callable[..., Any] | None:
-    """Return the kernel as machine code, compiled if no code for this processor is stored.
+    """Return the kernel as machine code.
+
+    It is compiled if neither the cache nor the program contains code for this processor.
 
     Parameters
     ----------
     source : KernelSource
     compile_with_numba : callable
-        Returns the kernel compiled by numba, which reports errors raised inside the code.
+        Function that returns the kernel compiled by numba, which reports errors raised inside the
+        code.
 
     Returns
     -------
@@ -165,7 +168,13 @@ def _link_code(
 
 
 def _load_entry_address(symbol: str, code: bytes) -> int:
-    """Load the code into this process and return the address of its entry."""
+    """Load the code into this process and return the address of its entry.
+
+    Raises
+    ------
+    _UncacheableKernelError
+        If a symbol or the entry is missing.
+    """
     import llvmlite.binding as llvm
 
     # Kernels with sines call the C math library, which Python need not have loaded.
@@ -187,7 +196,13 @@ def _load_entry_address(symbol: str, code: bytes) -> int:
 
 
 def _missing_symbols(code: bytes) -> list[str]:
-    """Return the undefined symbols of an ELF object file (*System V ABI*, ch. 4)."""
+    """Return the undefined symbols of an ELF object file (*System V ABI*, ch. 4).
+
+    Raises
+    ------
+    _UncacheableKernelError
+        If the file is not a 64-bit little-endian ELF file.
+    """
     if code[:6] != b"\x7fELF\x02\x01":  # 64-bit, little-endian
         raise _UncacheableKernelError
     (section_offset,) = struct.unpack_from("<Q", code, 0x28)
@@ -212,6 +227,11 @@ def _compile_kernel(source: KernelSource, signature: Signature) -> bytes:
     """Compile a kernel to object code, preceded by the name of its entry.
 
     The result is empty if the code requires numba.
+
+    Raises
+    ------
+    _UncacheableKernelError
+        If memory is insufficient.
     """
     import llvmlite.binding as llvm
     import numba
@@ -299,7 +319,7 @@ def cache_folders() -> Iterator[Path]:
     """Yield the folders that may contain compiled kernels, in order of preference.
 
     The folder of the package is not among them: it may be read-only, belong to another user, or be
-    removed by a package manager that knows only the files it has installed.
+    removed by a package manager.
     """
     if folder := os.environ.get("NUMBA_CACHE_DIR"):
         yield Path(folder)
@@ -393,7 +413,10 @@ def store_code(name: str, code: bytes) -> None:
 
 
 def _remove_outdated_code(folder: Path, kernel: str, suffix: str) -> None:
-    """Remove code of earlier versions and other machines, except for the newest files."""
+    """Remove all but the newest files of a kernel.
+
+    The removed files usually belong to earlier versions of the program or to other machines.
+    """
     entries = sorted(folder.glob(f"{kernel}-*.{suffix}"), key=lambda entry: entry.stat().st_mtime)
     for entry in entries[:-MAX_VERSIONS]:
         if entry.is_dir():
@@ -418,7 +441,13 @@ def _name(source: KernelSource, environment: tuple[str, ...]) -> str:
 
 @cache
 def _environment() -> tuple[str, ...]:
-    """Return everything outside a kernel that determines its machine code."""
+    """Return everything outside a kernel that determines its machine code.
+
+    Raises
+    ------
+    _UncacheableKernelError
+        If numba is not installed.
+    """
     import llvmlite
     import llvmlite.binding as llvm
 

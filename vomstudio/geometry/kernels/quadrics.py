@@ -18,7 +18,7 @@ _MIN_POINTS = 10
 def _solve_linear_system(rows):  # type: ignore[no-untyped-def]
     """Solve rows (6, 7) in place by Gaussian elimination with pivoting.
 
-    Returns whether the system has a solution, which is then in the last column.
+    Return whether the system has a solution, which is then in the last column.
     """
     for k in range(6):
         pivot = k

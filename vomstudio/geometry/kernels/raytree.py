@@ -26,7 +26,10 @@ def _is_finite(vector):  # type: ignore[no-untyped-def]
 
 @part
 def _entry_distance(low, high, node, start, direction, max_distance):  # type: ignore[no-untyped-def]
-    """Return the distance at which a ray enters a box, or infinity beyond `max_distance`."""
+    """Return the distance at which a ray enters a box.
+
+    The distance is infinite if the ray misses the box or enters it beyond `max_distance`.
+    """
     near_distance, far_distance = 0.0, max_distance
     for axis in range(3):
         a, b = low[node, axis], high[node, axis]
@@ -156,7 +159,10 @@ def find_first_points(  # type: ignore[no-untyped-def]
     stack,
     entry,
 ):
-    """Find the first surface of points that each ray hits, up to its end."""
+    """Find the point nearest to each ray on the first surface of points that it hits.
+
+    Only points up to the end of the ray are used.
+    """
     n_leaves = (len(low) + 1) // 2
     for ray in range(len(directions)):
         s, w = starts[ray], directions[ray]

@@ -40,7 +40,15 @@ class _KernelParameter:
     is_contiguous: bool
 
     def to_flat_arguments(self, position: int, value: Any) -> tuple[Any, ...]:
-        """Return the arguments of the machine code. Raises TypeError, OverflowError."""
+        """Return the arguments of the machine code.
+
+        Raises
+        ------
+        TypeError
+            If the value does not have the type of the parameter.
+        OverflowError
+            If an integer does not fit into 64 bits.
+        """
         if self.dimensions == 0:
             return (self._number(value),)
         is_valid = (
@@ -83,8 +91,12 @@ class Signature:
     """Signature of a kernel in numba's notation, with arrays and numbers.
 
     numba passes an array as two owners (not needed), number of items, bytes of an item, address,
-    lengths and strides; addresses for results and errors precede all arguments. Raises ValueError
-    for other types.
+    lengths and strides; addresses for results and errors precede all arguments.
+
+    Raises
+    ------
+    ValueError
+        If the signature contains other types.
     """
 
     def __init__(self, text: str) -> None:
@@ -129,7 +141,15 @@ class Signature:
         ]
 
     def call(self, entry: Any, args: tuple[Any, ...]) -> tuple[bool, Any]:
-        """Return whether the call succeeded, and the result. Raises TypeError, OverflowError."""
+        """Return whether the call succeeded, and the result.
+
+        Raises
+        ------
+        TypeError
+            If the number or the type of the arguments is wrong.
+        OverflowError
+            If an integer does not fit into 64 bits.
+        """
         if len(args) != len(self._parameters):
             raise TypeError(f"A kernel takes {len(self._parameters)} arguments, not {len(args)}.")
         flat_arguments: list[Any] = []

@@ -79,7 +79,7 @@ class CellGrid:
         return np.asarray(np.diff(np.append(0, np.cumsum(count[neighbours]))[starts]) + count)
 
     def find_cells(self, places: IntArray) -> IntArray:
-        """Return the cell of each of the given positions."""
+        """Return the cell of each of the given rows of `places`."""
         return np.asarray(np.searchsorted(self.starts, places, side="right") - 1)
 
 

@@ -65,8 +65,10 @@ def neighbours_across_gaps(
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Find faces with adjacent free sides.
 
-    Sides closer than their length are neighbours, even if tiles overlap, were cut or rounded, or
-    differ in resolution there. The results are empty if most faces are separate.
+    Two sides are neighbours if their centres are closer than 0.75 times the sum of their lengths,
+    even if tiles overlap, were cut or rounded, or differ in resolution there; a side has at most
+    two neighbours. The results are empty if most faces are separate, unless `is_free_side` is
+    given.
 
     Parameters
     ----------
@@ -79,7 +81,7 @@ def neighbours_across_gaps(
     Returns
     -------
     faces, sides, neighbours : ndarray of int
-        Sides are 0 to 2.
+        Row of a face, number of its free side (0 to 2), and row of the neighbouring face.
     """
     from scipy.spatial import cKDTree
 
@@ -112,7 +114,9 @@ def neighbours_across_gaps(
 
 
 def check_connected(nodes: IntArray, warnings: list[Finding]) -> None:
-    """Append a warning if most faces share no side with another face.
+    """Append a warning if most sides of a mesh belong to a single face.
+
+    Meshes with very few faces are not checked.
 
     Parameters
     ----------
@@ -128,9 +132,9 @@ def check_connected(nodes: IntArray, warnings: list[Finding]) -> None:
 
 
 def first_faces(nodes: IntArray, warnings: list[Finding]) -> BoolArray:
-    """Return which faces are the first with their three corners, in either orientation.
+    """Return which faces are the first of all faces with the same three corners.
 
-    A warning is appended if faces are duplicated.
+    The orientation of the faces is ignored. A warning is appended if faces are duplicated.
 
     Parameters
     ----------

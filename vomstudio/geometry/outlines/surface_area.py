@@ -25,8 +25,8 @@ N_SEEDS = 64
 class _EnclosedTriangles:
     """Triangles and the share of each inside an outline.
 
-    Contains the triangles (k, 3, 3), their projection (k, 3, 2) along the normal of the outline,
-    the share (k,) of each triangle inside the outline, and the projected outline.
+    The fields are the triangles (k, 3, 3), their projection (k, 3, 2) along the normal of the
+    outline, the share (k,) of each triangle inside the outline, and the projected outline.
     """
 
     faces: FloatArray
@@ -293,7 +293,10 @@ def _triangle_heights(triangles: FloatArray, position: FloatArray) -> FloatArray
 
 
 def _find_connected_faces(faces: FloatArray, seeds: IntArray) -> BoolArray | None:
-    """Return a mask of the faces (k, 3, 3) connected to a seed through shared vertices."""
+    """Return a mask of the faces (k, 3, 3) connected to a seed through shared vertices.
+
+    Return None if there are no seeds.
+    """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 

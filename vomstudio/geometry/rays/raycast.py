@@ -104,7 +104,7 @@ def cast_quarters(
     Returns
     -------
     GridHits
-        Arrays (n, 4), in row order of `is_requested`.
+        Arrays with one row of four rays for each requested pixel, in row order of `is_requested`.
     """
     from vomstudio.geometry.kernels.raycast import find_quarter_hits
 

@@ -50,7 +50,7 @@ class NearestFaces:
     Attributes
     ----------
     index : (n,) ndarray of int
-        Row of the face, -1 if the position is not finite.
+        Row of the face; -1 if the position is not finite or the model has no faces.
     weights : (n, 3) ndarray
         Barycentric weights of its vertices at the nearest point; exactly 0 for vertices that do not
         belong to the nearest edge or vertex, and NaN if the index is -1.

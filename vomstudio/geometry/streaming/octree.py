@@ -80,7 +80,7 @@ class CloudNodes:
         Number of points of each node.
     parents : (n,) ndarray of int
         Row of the parent of each node, -1 if it has no parent.
-    max_points : int
+    budget : int
         Maximum number of points in memory.
     first : tuple of int
         Rows of the nodes that represent the whole cloud.
@@ -110,7 +110,13 @@ class CloudNodes:
         return len(self.counts)
 
     def fetch(self, rows: Sequence[int]) -> list[NodePoints]:
-        """Return the points of nodes. Raises InputError if a node cannot be read."""
+        """Return the points of nodes.
+
+        Raises
+        ------
+        InputError
+            If a node cannot be read.
+        """
         raise NotImplementedError
 
     def release(self, row: int, piece: NodePoints) -> None:
@@ -119,8 +125,8 @@ class CloudNodes:
     def select_nodes(self, view: CloudView, max_points: int) -> IntArray:
         """Select the nodes needed to draw a view, most important first.
 
-        These are visible nodes whose parents' points are more than MAX_SPACING_PIXELS apart, up to
-        `max_points` points.
+        These are the visible nodes that have no parent, or whose parents' points are more than
+        MAX_SPACING_PIXELS apart, up to `max_points` points.
         """
         position = np.array(view.position)
         low, high = self.bounds[:, 0], self.bounds[:, 1]
@@ -185,12 +191,14 @@ class ArrangedNodes(CloudNodes):
 class NodeStore(CloudNodes):
     """Store of the loaded nodes of a file, usable from any thread.
 
-    Attributes
+    Parameters
     ----------
+    bounds, spacing, counts, parents, max_points, first
+        See `CloudNodes`; `max_points` is the budget.
     starts : (n,) ndarray of int
         Index in the file of the first point of each node.
     read : callable
-        Reads the points of nodes in the given order; raises InputError if this fails.
+        Function that reads the points of nodes in the given order; raises InputError if this fails.
     """
 
     batch_points = FETCH_BATCH_POINTS
@@ -254,7 +262,13 @@ class NodeStore(CloudNodes):
                 self._trees.pop(row, None)
 
     def read(self, row: int) -> PointCloud:
-        """Read a node from the file without storing it. Raises InputError if this fails."""
+        """Read a node from the file without storing it.
+
+        Raises
+        ------
+        InputError
+            If the node cannot be read.
+        """
         return self._read([row])
 
     def node_rows(self, ids: IntArray) -> IntArray:

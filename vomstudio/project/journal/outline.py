@@ -50,7 +50,7 @@ def _label(label: str) -> str:
 
 def _draft_text(state: Mapping[str, Any] | None) -> str:
     if not isinstance(state, Mapping):
-        return "given up"
+        return "discarded"
     vertices = state.get("vertices", ())
     count = len(vertices) if isinstance(vertices, list | tuple) else 0
     return f"tool {_word(state.get('tool'))}, vertices {count}"
@@ -70,9 +70,9 @@ def _change(before: Any, after: Any) -> str:
     if not old_fields and not new_fields:
         return "nothing"
     if not old_fields:
-        return f"{kind} made ({_names(new_fields)})"
+        return f"{kind} added ({_names(new_fields)})"
     if not new_fields:
-        return f"{kind} taken away"
+        return f"{kind} removed"
     names = _names(
         n for n in {**old_fields, **new_fields} if old_fields.get(n) != new_fields.get(n)
     )

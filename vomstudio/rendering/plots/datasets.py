@@ -1,6 +1,6 @@
 """Conversion of models to PyVista data sets.
 
-Coordinates are those of the World frame minus an integer origin near the centre of the model.
+Coordinates are World coordinates minus an integer origin near the centre of the model.
 The origin is stored in `field_data["origin"]`.
 """
 
@@ -39,8 +39,9 @@ def mesh_dataset(mesh: Mesh, origin: FloatArray) -> PolyData | MultiBlock:
     Returns
     -------
     PolyData or MultiBlock
-        Each block has active texture coordinates. Its `field_data` contains the names of its
-        material ("material") and texture file ("texture").
+        Each block has active texture coordinates if the mesh has any. Its `field_data` contains
+        the origin ("origin"), the names of its material ("material") and texture file ("texture"),
+        and its colour ("diffuse"), if present.
     """
     import pyvista
 
@@ -142,7 +143,10 @@ def dataset_triangles(data: Any) -> tuple[FloatArray, IntArray]:
 
 
 def texture_file(block: Any) -> Path | None:
-    """Return the texture file of a block, or None if the file does not exist."""
+    """Return the texture file of a block.
+
+    Return None if the block has no texture or no texture coordinates, or if the file is missing.
+    """
     if "texture" not in block.field_data or block.active_texture_coordinates is None:
         return None
     path = Path(str(block.field_data["texture"][0]))

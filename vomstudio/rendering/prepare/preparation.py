@@ -71,7 +71,7 @@ def pieces(count: int, stop_event: threading.Event, size: int = PIECE_SIZE) -> I
 
 
 def finite_bounds(points: FloatingArray, stop_event: threading.Event) -> FloatArray:
-    """Return the bounds (2, 3) of the finite points, or zeros if there are none."""
+    """Return the bounds (2, 3) of points, ignoring NaN; zeros if they are not finite."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for part in pieces(len(points), stop_event):
         # Reduces long rows, because a reduction along rows of three elements is eight times
@@ -113,7 +113,13 @@ def prepare_mesh(
     stop_event: threading.Event,
     emit: Emit,
 ) -> None:
-    """Emit the proxy, the chunks and the locators of a mesh, but not its textures."""
+    """Emit the proxy, the chunks and the locators of a mesh, but not its textures.
+
+    Raises
+    ------
+    Stopped
+        If `stop_event` is set.
+    """
     points = local_points(mesh.vertices, origin, stop_event)
     groups = material_groups(mesh)
     colors = vertex_colors(mesh, groups, stop_event)
@@ -153,7 +159,10 @@ def material_groups(mesh: Mesh) -> list[tuple[int, slice]]:
 def vertex_colors(
     mesh: Mesh, groups: list[tuple[int, slice]], stop_event: threading.Event
 ) -> ByteArray | None:
-    """Return vertex colours (n, 3) from the file or else from downsampled textures."""
+    """Return vertex colours (n, 3) from the file, or else from textures or materials.
+
+    Return None if the mesh has no colours.
+    """
     if mesh.colors is not None:
         return np.array(mesh.colors, np.uint8)
     small_textures = {
@@ -200,7 +209,7 @@ def make_proxy(
 ) -> tuple[vtkPolyData, Int32Array] | None:
     """Simplify a mesh to about PROXY_FACES triangles.
 
-    Returns the proxy, which has vertex colours, and the row of `points` for each of its
+    Return the proxy, with vertex colours if available, and the row of `points` for each of its
     vertices, or None if the mesh is small. All materials are merged first, because decimating
     them separately leaves gaps at their borders.
     """
@@ -357,7 +366,7 @@ def prepare_textures(
     limit : int
         Maximum side length of a texture, pixels.
     stop_event : Event
-        Ends the work when set.
+        If set, Stopped is raised.
     emit : Emit
         Receives the events.
     max_whole_side : int, optional
@@ -400,9 +409,9 @@ def prepare_cloud(
     ----------
     cloud : PointCloud
     origin : (3,) ndarray
-        Origin of the scene in the World frame.
+        Origin that is subtracted from the coordinates, in the file frame.
     stop_event : Event
-        Ends the work when set.
+        If set, Stopped is raised.
     emit : Emit
         Receives the events.
     submit : callable

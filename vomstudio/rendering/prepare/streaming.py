@@ -118,7 +118,7 @@ class Streamer:
         return self._nodes.closing_spacings(np.array(rows, np.int64))
 
     def look(self, view: CloudView) -> dict[int, float] | None:
-        """Fetch and return the required nodes, or return None if the view is unchanged.
+        """Request and return the required nodes, or return None if the view is unchanged.
 
         After all nodes have been handed over, a `ViewDone` event with `request_number` follows.
         """

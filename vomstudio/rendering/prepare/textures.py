@@ -46,8 +46,9 @@ class Level:
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """Texture with its mipmap levels, the finest first, each half the size of the previous.
+    """Texture with its mipmap levels.
 
+    The finest level is the first, and each level is half the size of the previous one.
     `note` is a finding if the picture had to be downsampled, otherwise None.
     """
 
@@ -57,7 +58,13 @@ class Texture:
 
 
 def open_picture(path: Path):  # type: ignore[no-untyped-def]
-    """Open the picture file of a texture."""
+    """Open the picture file of a texture.
+
+    Raises
+    ------
+    TextureProblem
+        If the file cannot be read or is too large.
+    """
     from vomstudio.core.files.untrusted import pictures
 
     try:
@@ -112,6 +119,7 @@ def load_texture(path: Path, limit: int, max_whole_side: int | None = None) -> T
     Raises
     ------
     TextureProblem
+        If the file cannot be read, is damaged or is too large.
     """
     from PIL import Image
 

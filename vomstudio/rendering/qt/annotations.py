@@ -203,7 +203,8 @@ class Annotations:
             Ids of the selected features.
         camera : Camera
         project : callable
-            Returns the pixels of points in the World frame, and whether each is visible.
+            Function that returns the pixels of points in the World frame, and whether each is
+            visible.
         size : tuple of float
             Width and height of the picture.
         reserved_rects : iterable of QRectF, optional
@@ -575,7 +576,7 @@ class Annotations:
         hidden_frames_by_id: dict[str, int],
         is_moving: bool,
     ) -> BoolArray:
-        """Return a mask (n,) of the drawings that are visible or, while moving, recently were."""
+        """Return a mask (n,) of drawings that are or, in a moving view, recently were visible."""
         if not is_moving or not hidden_frames_by_id:
             return is_visible
         return is_visible | arrays.flags(

@@ -192,9 +192,10 @@ def lay_out_bars(
     height: float,
     covered_rect: QRectF | None = None,
 ) -> list[ColorBar]:
-    """Lay out colour bars from right to left above the scale bar; omit those that do not fit.
+    """Lay out colour bars from right to left above the scale bar.
 
-    The bars are next to the rectangle that another widget covers.
+    Bars that do not fit are omitted. A bar that would intersect `covered_rect`, which another
+    widget covers, is placed to its left.
     """
     bars: list[ColorBar] = []
     right, bottom = width - MARGIN, scale_bar_box(width, height).top() - 10.0
@@ -228,7 +229,7 @@ def draw_clip_box(
     corners : (8, 2) float64
         Pixels of `ClipBox.corners`; NaN for corners behind the viewer.
     centres : (6, 2) float64
-        Pixels of the handles, in the order of FACES.
+        Pixels of the handles, in the order of `BOX_FACES`.
     usable_flags : sequence of bool
         Whether each handle can be dragged.
     hovered : int or None

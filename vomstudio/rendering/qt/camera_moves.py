@@ -33,7 +33,7 @@ class CameraMoves(QObject):
         Parameters
         ----------
         scene_bounds : callable
-            Returns World points (n, 3) around all visible contents.
+            Function that returns World points (n, 3) around all visible contents.
         """
         super().__init__(parent)
         self.camera = camera
@@ -49,7 +49,7 @@ class CameraMoves(QObject):
     # -- target of the view
 
     def home(self) -> None:
-        """Show all visible models from the south and slightly above."""
+        """Show all visible contents from the south, looking down at 35 degrees."""
         self.camera.look_along(0.0, 35.0)
         self._frame_all()
 
@@ -95,8 +95,7 @@ class CameraMoves(QObject):
     def look_along(self, trend_deg: float, plunge_deg: float) -> None:
         """Look along a direction without moving the pivot in the image.
 
-        The projection of Up points upwards in the image, or that of North if the view is within
-        1 degree of vertical.
+        Up, or North if the view is within 1 degree of vertical, points upwards in the image.
         """
         self.camera.look_along(trend_deg, plunge_deg)
         self.redraw()

@@ -75,13 +75,13 @@ class ClipHandles(QObject):
     # -- contents of the box
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Return whether points (n, 3) in the World frame are inside the box."""
+        """Return which points (n, 3) in the World frame are inside the box; all without a box."""
         if self.box is None:
             return np.ones(len(points), np.bool_)
         return self.box.contains(points)
 
     def intersects(self, drawing: FeatureDrawing) -> bool:
-        """Return whether any part of a feature is inside the box."""
+        """Return whether any vertex of a feature is inside the box; True without a box."""
         if self.box is None:
             return True
         points = drawing.line if len(drawing.line) else drawing.anchor

@@ -90,7 +90,10 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, is_north_k
 
 
 def scale_bar(metres_per_pixel: float, width: float) -> tuple[float, float]:
-    """Return a round length in metres and its pixels, at most a sixth of the view's width."""
+    """Return a round length in metres and its pixels.
+
+    The maximum is a sixth of the view's width, but at least 60 and at most 220 pixels.
+    """
     max_length = max(60.0, min(220.0, width / 6.0)) * metres_per_pixel
     length = round_length(max(max_length, 1e-6))
     return length, length / metres_per_pixel

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 
 class ModelAppearance(QObject):
-    """Appearance of the models; `captions` contains their names if several show a field."""
+    """Appearance of the models.
+
+    `captions` contains their names, which are shown if several models show a field.
+    """
 
     field_shown = Signal(str)
     """Emits the model id when the colour scale of its field is available from `color_scale`."""

@@ -24,7 +24,8 @@ def feature_at(
 ) -> str | None:
     """Return the id of the feature with the nearest line, or else the front-most disc.
 
-    `extent` is the size of the picture.
+    The result is None if no line is near the pixel and no disc contains it. `extent` is the size of
+    the picture.
     """
     lines = [d for d in shown_feature_drawings if len(d.line) >= 2]
     if lines:

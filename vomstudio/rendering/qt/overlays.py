@@ -74,7 +74,8 @@ class Overlays:
         scales : list of (Scale, str)
             Colour scales of the displayed fields, with the ids of their models.
         project : callable
-            Returns the pixels of points in the World frame, and whether each is visible.
+            Function that returns the pixels of points in the World frame, and whether each is
+            visible.
         is_moving : bool
             Whether the camera is moving.
         """

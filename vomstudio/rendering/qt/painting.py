@@ -58,8 +58,7 @@ _text_images: dict[tuple[str, str, float], QImage] = {}
 def outlined_text(painter: QPainter, x: float, baseline: float, text: str, font: QFont) -> None:
     """Draw white text with a dark outline, which is legible on any background.
 
-    Letters are cached as small images, because stroking the outlines took 3 ms per step of a
-    drag.
+    Texts are cached as small images, because stroking the outlines took 3 ms per step of a drag.
     """
     ratio = painter.device().devicePixelRatioF()
     metrics = QFontMetricsF(font)
@@ -180,7 +179,7 @@ def polyline(points: FloatArray) -> QPolygonF:
 def draw_runs(
     painter: QPainter, pixels: FloatArray, is_visible: BoolArray, color: QColor, width: float
 ) -> None:
-    """Draw a line through pixels (n, 2), with a halo where visible and faint where hidden."""
+    """Draw a line through pixels (n, 2), with a halo if visible, and faint if hidden."""
     if len(pixels) < 2:
         return
     is_visible_segment = is_visible[:-1] & is_visible[1:]
@@ -210,7 +209,7 @@ def draw_runs(
 
 
 def draw_rubber_band(painter: QPainter, pixels: FloatArray, color: QColor) -> None:
-    """Draw the dashed band from the last vertex to the cursor."""
+    """Draw a dashed line through pixels (n, 2), such as the rubber band to the cursor."""
     for tint, width in ((DARK, 3.6), (color, 1.8)):
         pen = QPen(tint, width)
         if tint is not DARK:
@@ -314,7 +313,7 @@ def draw_pending_click(painter: QPainter, x: float, y: float, color: QColor) -> 
 
 
 def draw_name(painter: QPainter, x: float, y: float, text: str, available_rect: QRect) -> None:
-    """Draw a name on a dark background above a position, inside `available_rect`."""
+    """Draw a name on a dark background above or below a position, inside `available_rect`."""
     font = system_font()
     metrics = QFontMetricsF(font)
     width, high = metrics.horizontalAdvance(text) + 14.0, metrics.height() + 6.0

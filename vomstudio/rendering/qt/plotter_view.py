@@ -37,7 +37,7 @@ class _Interactor(vtkGenericRenderWindowInteractor):
 
 
 class PlotterView(QtInteractor):
-    """Plotter whose pictures are drawn by `draw`, and whose mouse controls `gestures`."""
+    """Plotter whose pictures are drawn by `draw`, and whose mouse events go to `gestures`."""
 
     def __init__(self, parent: QWidget, draw: Callable[[], None], gestures: Gestures) -> None:
         interactor = _Interactor()

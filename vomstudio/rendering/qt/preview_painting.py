@@ -38,7 +38,7 @@ class PreviewPainter:
     Parameters
     ----------
     project : callable
-        Returns the pixels of points in the World frame, and whether each is visible.
+        Function that returns the pixels of points in the World frame, and whether each is visible.
     reading_position : ReadingPosition
         Stores the position of the reading box.
     covered_rect : QRectF, optional
@@ -153,7 +153,7 @@ class PreviewPainter:
     def _paint_brush(self, brush: BrushRing, color: QColor) -> float:
         """Paint the brush ring parallel to the surface, or to the image if that is unknown.
 
-        Returns half the width of the ring in pixels.
+        Return half the width of the ring in pixels; 0 if a part of it is behind the viewer.
         """
         normal = self._camera.direction if brush.normal is None else brush.normal
         ring, _ = self._camera.project(disc(brush.centre, normal, brush.radius), self._extent)

@@ -66,7 +66,10 @@ class ReadoutBox:
         painter.restore()
 
     def _paint_head(self, painter: QPainter, box: QRectF, edge: QColor) -> float:
-        """Paint the verdict as a shape and a word, and the attitude. Return the end of the line."""
+        """Paint the verdict as a shape and a word, and the first line of text.
+
+        Return the y coordinate of the next line.
+        """
         x, line = box.left() + _SIDE_PADDING, box.top() + _TOP_PADDING
         first_metrics, icon = self._metrics[0], self._icon_width()
         if self._verdict:

@@ -291,9 +291,9 @@ class ScenePicture(QObject):
 
 
 def _leave_qt_context() -> None:
-    """Leave Qt's graphics context, because VTK switches to its own unknown to Qt.
+    """Leave Qt's graphics context before VTK activates its own context.
 
-    Qt would otherwise continue to draw in the context of VTK.
+    Qt would otherwise continue to draw in the context of VTK, because VTK does not inform Qt.
     """
     context = QOpenGLContext.currentContext()
     if context is not None:

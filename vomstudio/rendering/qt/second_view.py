@@ -50,7 +50,7 @@ class SecondView(QWidget):
     source : Viewport
         View whose contents, appearance and clipping box are shown.
     is_shown : callable
-        Returns whether a model is shown, given its id.
+        Function that returns whether a model is shown, given its id.
     """
 
     pointer = Signal(object)
@@ -229,7 +229,7 @@ class SecondView(QWidget):
     # -- picking and projecting
 
     def pick(self, x: float, y: float) -> Hit | None:
-        """Return the front-most point of a shown model at a pixel."""
+        """Return the front-most point of a shown model at a pixel, or None."""
         return None if self._scene is None else self._scene.pick(x, y, self.extent())
 
     def world_position(self, hit: Hit) -> FloatArray:
@@ -237,7 +237,7 @@ class SecondView(QWidget):
         return self._source.world_position(hit)
 
     def feature_at(self, x: float, y: float, *, include_discs: bool = True) -> str | None:
-        """Return the id of the feature whose label, symbol, line or disc is at a pixel."""
+        """Return the id of the feature with a label, symbol, line or disc at a pixel, or None."""
         if (feature_id := self.overlays.annotations.at(x, y)) is not None:
             return feature_id
         candidates = [drawing for drawing in self._features().values() if drawing.visible]
@@ -298,7 +298,7 @@ class SecondView(QWidget):
 
 
 class _NoFaces:
-    """Clipping box without handles, which are moved in the viewport only."""
+    """Clipping box without handles; its faces can be moved only in the viewport."""
 
     def face_at(self, x: float, y: float) -> int | None:
         return None

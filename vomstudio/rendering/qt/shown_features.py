@@ -46,9 +46,9 @@ class ShownFeatures:
         Parameters
         ----------
         is_inside : callable
-            Returns whether any part of a feature is inside the clipping box.
+            Function that returns whether any part of a feature is inside the clipping box.
         has_clip_box : callable
-            Returns whether clipping is on.
+            Function that returns whether clipping is on.
         """
         self.drawings: dict[str, FeatureDrawing] = {}
         self.selected: frozenset[str] = frozenset()
@@ -121,7 +121,7 @@ class ShownFeatures:
             self._picture.redraw_features()
 
     def at(self, x: float, y: float, *, include_discs: bool = True) -> str | None:
-        """Return the id of the feature whose label, symbol, line or disc is at a pixel."""
+        """Return the id of the feature with a label, symbol, line or disc at a pixel, or None."""
         if (feature_id := self._annotations.at(x, y)) is not None:
             return feature_id
         # Clipped features cannot be picked.

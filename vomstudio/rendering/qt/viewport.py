@@ -195,12 +195,12 @@ class Viewport(QWidget):
     # -- picking and projecting
 
     def pick(self, x: float, y: float) -> Hit | None:
-        """Return the front-most point of a visible model at a pixel."""
+        """Return the front-most point of a visible model at a pixel, or None."""
         scene = self._lifetime.scene
         return None if scene is None else scene.pick(x, y, self.extent())
 
     def feature_at(self, x: float, y: float, *, include_discs: bool = True) -> str | None:
-        """Return the id of the feature whose label, symbol, line or disc is at a pixel."""
+        """Return the id of the feature with a label, symbol, line or disc at a pixel, or None."""
         return self.features.at(x, y, include_discs=include_discs)
 
     def world_position(self, hit: Hit) -> FloatArray:

@@ -33,7 +33,15 @@ class Appearance:
         return self.mode == "field" and model.field is not None
 
     def tint(self, model: ModelScene) -> None:
-        """Apply the field colours of a model, or restore its original colours."""
+        """Apply the field colours of a model, or restore its original colours.
+
+        The nodes of a cloud are coloured later, by `tint_node`.
+
+        Raises
+        ------
+        ValueError
+            If the colours do not match the parts of the model.
+        """
         if isinstance(model.data, PointCloud):
             # Nodes of clouds are coloured when they are shown.
             for part in model.parts:

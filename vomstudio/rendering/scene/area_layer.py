@@ -130,7 +130,7 @@ class AreaLayer:
 
     @property
     def is_emphasis_only(self) -> bool:
-        """Whether only the emphasis has changed since the last drawing."""
+        """Whether nothing except the emphasis has changed since the last drawing."""
         return not self._stale_bins
 
     def attach(self, renderer: vtkRenderer, emphasis: vtkRenderer) -> None:
@@ -234,7 +234,10 @@ def _shuffle(points: Float32Array) -> Float32Array:
 
 
 def _typical_spacing(points: Float32Array) -> float:
-    """Return the approximate mean distance between neighbouring points on the surface."""
+    """Return the approximate mean distance between neighbouring points on the surface.
+
+    Return 0 for fewer than three points.
+    """
     if len(points) < 3:
         return 0.0
     values = np.linalg.eigvalsh(np.cov(points.T.astype(np.float64)))

@@ -85,7 +85,7 @@ class CameraLayer:
         return np.concatenate([np.vstack([f.tip, f.corners]) for f in self.frusta])
 
     def refresh(self) -> None:
-        """Update the actors. Called before every drawing of the layer."""
+        """Update the actors, as required before every drawing of the layer."""
         if not self._is_stale or not self._actors:
             return
         self._is_stale = False

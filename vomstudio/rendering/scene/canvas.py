@@ -304,7 +304,10 @@ class Canvas:
         return self._depth
 
     def surface_depth(self) -> Float32Array:
-        """Return the depth of the models, without features if that is saved."""
+        """Return the depth buffer (height, width) of the models.
+
+        It includes the features if the picture of the models is not saved.
+        """
         depth = self.depth()
         if not self.is_surface_saved:
             return depth

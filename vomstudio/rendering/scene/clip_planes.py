@@ -22,7 +22,7 @@ class ClipPlanes:
         self._cutting_planes: list[int] = []
 
     def place(self, models: Iterable[FloatArray], origin: FloatArray) -> bool:
-        """Move the planes to the faces of the box. Return whether those for `cut` have changed.
+        """Move the planes to the faces of the box; return whether the planes of `cut` change.
 
         Models are clipped only by the planes that they cross, because a software renderer takes
         a third longer with all six planes.

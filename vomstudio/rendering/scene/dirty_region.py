@@ -47,8 +47,9 @@ class PixelRegion:
 def find_dirty_region(points: FloatArray, eye: Eye, size: tuple[int, int]) -> PixelRegion | None:
     """Return the part of the picture in which lines between points (n, 3) may be visible.
 
-    Points are in the World frame. Returns None if the lines may be anywhere because points are
-    behind the viewer. The rectangle may be outside the picture.
+    Points are in the World frame. The result is None if there are no points, or if the lines may be
+    anywhere because points are behind the viewer or not finite. The rectangle may be outside the
+    picture.
     """
     offset = points - eye.position
     depth = offset @ eye.direction

@@ -1,6 +1,6 @@
 """Eye-dome lighting, which darkens pixels according to their depth behind neighbours.
 
-It shows the shape of a cloud that has no normals. The method is that of Christian Boucheny,
+It shows the shape of a cloud that has no normals. The method follows Christian Boucheny,
 Visualisation scientifique interactive de grands volumes de donnees, PhD thesis, Grenoble (2009),
 with logarithms of depth as in Markus Schuetz, Potree, master's thesis, TU Wien (2016).
 
@@ -90,7 +90,7 @@ class EyeDome:
         is_orthographic: bool,
         scale: float,
     ) -> None:
-        """Shade rows[0] to rows[1] of `source`, and draw them into the window's buffer.
+        """Shade rows[0] to rows[1] - 1 of `source`, and draw them into the window's buffer.
 
         Parameters
         ----------
@@ -99,7 +99,7 @@ class EyeDome:
         size : tuple of int
             Width and height of the buffer.
         rows : tuple of int
-            First and last row that are drawn.
+            First row that is drawn, and first row above it that is not.
         near, far, distance : float
             Depth of the near and far planes, and distance of the pivot, metres.
         is_orthographic : bool

@@ -78,8 +78,8 @@ class FeatureLayer:
     def changed(self) -> FloatArray | None:
         """Return points (n, 3) of the features that have changed since the last drawing.
 
-        Points are in the World frame. Changes of the selection and the live area are ignored.
-        Returns None if anything may have changed.
+        Points are in the World frame. Changes of the selection and the live area are ignored. The
+        result is None if anything may have changed.
         """
         if self._is_stale or not self.areas.is_emphasis_only:
             return None
@@ -195,15 +195,15 @@ class FeatureLayer:
         pixel: Pixel | None = None,
         is_needed: Callable[[FloatArray], BoolArray] | None = None,
     ) -> None:
-        """Update the actors. Called before every drawing of the layer.
+        """Update the actors, as required before every drawing of the layer.
 
         Parameters
         ----------
         pixel : callable, optional
-            Returns the metres per device pixel at a point in the World frame.
+            Function that returns the metres per device pixel at a point in the World frame.
         is_needed : callable, optional
-            Returns which features to draw, given their World boxes (n, 2, 3). By default all
-            features are drawn.
+            Function that returns which features to draw, given their World boxes (n, 2, 3). By
+            default all features are drawn.
         """
         if not self._actors:
             return

@@ -232,7 +232,7 @@ def _bounding_boxes(runs: list[FloatArray]) -> FloatArray:
 def line_runs(drawings: list[FeatureDrawing], origin: FloatArray) -> Runs:
     """Return the lines of all drawings whose line has at least two points.
 
-    The outline of a disc that is not filled is one of them.
+    The outlines of discs that are not filled are included.
     """
     lines = [(np.asarray(d.line, float).reshape(-1, 3), d.color) for d in drawings]
     lines += [

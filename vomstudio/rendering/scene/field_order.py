@@ -1,7 +1,7 @@
 """Depth order of models of the same rock if one of them shows a field.
 
-Otherwise the colours of a comparison would flicker with the benchmark at the same position, and
-would be hidden wherever the benchmark is in front.
+Otherwise, the colours of a comparison would flicker wherever the benchmark model is at the same
+position, and would be hidden wherever it is in front.
 """
 
 from __future__ import annotations
@@ -42,9 +42,10 @@ def push_back_others(visible: Sequence[ModelScene], style: Appearance, eye: Eye)
 
 
 def _shift_m(model: ModelScene) -> float:
-    """Return the distance by which other models are pushed back behind a model with a field.
+    """Return the distance by which other models are moved back behind a model with a field.
 
-    This is the largest distance in the colours of a comparison.
+    This is the largest distance in the colours of a comparison, within limits that depend on the
+    extent of the model.
     """
     assert model.field is not None
     scale = model.field.scale

@@ -54,7 +54,7 @@ class FramePicture:
     is_proxy_shown : bool
         Whether the last picture contains proxies.
     has_more_nodes : bool
-        Whether the next picture will show proxies that the last one lacks.
+        Whether the next picture will show coarse cloud nodes that the last one lacks.
     """
 
     def __init__(

@@ -101,8 +101,8 @@ def pick_model(
     origin, direction : (3,) ndarray
         Origin and direction of the ray in the World frame.
     radius, spread : float
-        Size of a pixel in metres at depth 0, and its growth per metre of depth. Used for clouds
-        only.
+        Size of a pixel in metres at depth 0, and its growth per metre of depth; used only for
+        clouds.
     box : ClipBox, optional
     """
     linear_part = model.from_world[:3, :3]

@@ -15,7 +15,7 @@ Entry = tuple[ModelScene, Part]
 
 
 def mesh_proxies(visible: list[ModelScene]) -> list[Part]:
-    """Return uploaded chunks of meshes that have no proxy."""
+    """Return uploaded chunks of meshes that have no proxy, up to a maximum number of faces."""
     shown_parts = []
     budget = MAX_MESH_ELEMENTS
     for model in visible:

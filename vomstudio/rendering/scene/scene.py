@@ -75,7 +75,7 @@ class Scene:
     # -- life cycle
 
     def start(self, width: int, height: int) -> None:
-        """Create the off-screen window and detect the graphics driver."""
+        """Open the canvas, attach the layers to it, and detect the graphics driver."""
         canvas = self.canvas
         canvas.open(width, height)
         self.features.attach(canvas.layer, canvas.emphasis)
@@ -188,7 +188,13 @@ class Scene:
     # -- appearance
 
     def set_mode(self, mode: str) -> None:
-        """Set the display mode; see DISPLAY_MODES."""
+        """Set the display mode; see DISPLAY_MODES.
+
+        Raises
+        ------
+        ValueError
+            If there is no such mode.
+        """
         if mode not in DISPLAY_MODES:
             raise ValueError(f"display mode {mode!r}; one of {', '.join(DISPLAY_MODES)}")
         self.look.mode = mode
@@ -289,7 +295,10 @@ class Scene:
     # -- visibility
 
     def visibility(self, points: FloatArray, depth_tolerance: float = 0.0) -> BoolArray:
-        """Return whether World points (n, 3) are in front of the surface as last drawn."""
+        """Return which World points (n, 3) are in the picture and not behind its surface.
+
+        `depth_tolerance` is the tolerated distance behind the surface, metres.
+        """
         return self._visibility.is_in_front(points, depth_tolerance)
 
     def pick(self, x: float, y: float, size: tuple[float, float]) -> Hit | None:

@@ -54,7 +54,7 @@ class SharedScene(Scene):
         Parameters
         ----------
         is_shown : callable
-            Returns whether this scene shows a model, given its id.
+            Function that returns whether this scene shows a model, given its id.
 
         Returns
         -------

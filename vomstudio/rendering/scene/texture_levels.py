@@ -26,7 +26,11 @@ class TextureLevels:
         )
 
     def choose(self) -> None:
-        """Choose the coarsest levels that have about one texel per pixel."""
+        """Choose the texture levels for the view.
+
+        With a software renderer, these are the coarsest levels that have about one texel per pixel;
+        otherwise, they are the finest levels.
+        """
         software = self._canvas.is_software
         needed_levels = self._visibility.texels_per_pixel() if software else {}
         for model in self._contents.models.values():

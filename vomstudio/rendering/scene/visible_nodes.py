@@ -23,9 +23,10 @@ class VisibleNodes:
         self._requested_at_s = 0.0
 
     def update_nodes(self, *, fetches_nodes: bool = True) -> None:
-        """Determine the required nodes of the view, and fetch those that are missing.
+        """Determine the required nodes of the view.
 
-        Until they arrive, the points of their parent nodes are enlarged to close the gaps.
+        Missing nodes are requested if `fetches_nodes` is True. Until they arrive, the points of
+        their parent nodes are enlarged to close the gaps.
         """
         eye, camera = self._visibility.eye, self._visibility.camera
         if eye is None:

@@ -67,7 +67,11 @@ def depth_range(model: ModelScene, part: Part, eye: Eye) -> tuple[float, float]:
 def set_point_sizes(
     model: ModelScene, part: Part, eye: Eye, camera: Camera, height: int, style: Appearance
 ) -> None:
-    """Set the smallest point size that closes the gaps between points, within limits."""
+    """Set the point size of a part for the view.
+
+    It is the size in `style`, or else the smallest size that closes the gaps between points, within
+    limits.
+    """
     scale, depth = depth_range(model, part, eye)
     spacing = model.shown_rows.get(part.row, part.spacing)
     pixels = 1.3 * spacing * scale / camera.metres_per_pixel(height, depth)
@@ -82,9 +86,9 @@ def set_point_sizes(
 def texels_per_pixel(
     parts: Iterable[tuple[ModelScene, Part]], eye: Eye, camera: Camera, height: int
 ) -> dict[int, float]:
-    """Return the texels of the finest level per pixel for each texture in view, keyed by `id`.
+    """Return the texels of the finest level per pixel of each texture in view, by `id`.
 
-    The value is that at the nearest point of the textured surface.
+    The value refers to the nearest point of the textured surface.
     """
     best_density: dict[int, float] = {}
     for model, part in parts:

@@ -90,8 +90,7 @@ def direction_vector(trend_deg: float, plunge_deg: float) -> FloatArray:
 def view_frame(trend_deg: float, plunge_deg: float) -> FloatArray:
     """Return the right, up and view directions of a view as the rows of a matrix.
 
-    The projection of Up points upwards in the image, or that of North if the view is within 1
-    degree of vertical (CONVENTIONS, view direction).
+    Up, or North if the view is within 1 degree of vertical, points upwards in the image.
     """
     direction = direction_vector(trend_deg, plunge_deg)
     reference = np.array([0.0, 1.0, 0.0] if abs(plunge_deg) > VERTICAL_DEG else [0.0, 0.0, 1.0])

@@ -22,7 +22,7 @@ class PickLimits:
     first, last : float
         Permitted range of depths along the ray, in the local frame of the model.
     inside : callable
-        Returns which points (n, 3) of the local frame are inside the box.
+        Function that returns which points (n, 3) of the local frame are inside the box.
     """
 
     first: float
@@ -55,7 +55,7 @@ def along_axis(
 ) -> float | None:
     """Return the coordinate on an axis-parallel line of the point nearest to a ray.
 
-    Returns None if the ray is parallel to the line.
+    The result is None if the ray is nearly parallel to the line.
     """
     line_direction = np.zeros(3)
     line_direction[axis] = 1.0

@@ -13,10 +13,10 @@ BATCH_SIZE = 256
 
 
 class LabelGrid:
-    """Occupancy grid that accepts rectangles not overlapping earlier ones.
+    """Occupancy grid that accepts rectangles that do not overlap earlier ones.
 
-    A row of cells is stored as the bits of an integer. With a thousand labels at every step of a
-    drag, small slices of an array took most of the time.
+    A row of cells is stored as the bits of an integer, because small slices of an array would take
+    most of the time for a thousand labels at every step of a drag.
     """
 
     def __init__(self, width: float, height: float) -> None:
@@ -96,10 +96,10 @@ def place_labels(
     corners: IntArray | None = None,
     clearances: FloatArray | None = None,
 ) -> dict[int, tuple[float, float]]:
-    """Place labels beside their anchors, and return the upper-left corners of those that fit.
+    """Place labels beside their anchors; return the upper-left corners of labels that fit.
 
     Each label is tried at the upper right of its anchor, then at the lower right, then on the
-    left, and finally centred on the anchor.
+    left, and finally centred above or below the anchor.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def place_labels(
         Distance of a label from its anchor, pixels.
     corners : (n,) int, optional
         Index of the previous position of each label, which is preferred so that labels do not
-        jump around their anchors while the view rotates. Updated for the labels that are placed.
+        jump around their anchors while the view rotates. The values of placed labels are updated.
     clearances : (n,) float64, optional
         Margin, in pixels, that must be free around a label at its first position. Otherwise the
         label is omitted.
@@ -190,9 +190,9 @@ def order_by_importance(
 ) -> IntArray:
     """Return the order in which labels or symbols (n,) are placed.
 
-    Selected features precede all others, and larger features precede smaller ones. Previously shown
-    labels precede new ones while the view moves, and at rest those that are not much larger.
-    Labels that appear and disappear at every step would be illegible.
+    Selected features precede all others, and larger features precede smaller ones. While the view
+    moves, previously shown labels precede new ones, because labels that appear and disappear at
+    every step would be illegible. At rest, they precede new ones that are not much larger.
     """
     weight = extents if is_moving else extents * np.where(was_shown, 1.5, 1.0)
     return np.lexsort((-weight, ~was_shown & is_moving, ~is_selected))

@@ -20,7 +20,8 @@ def first_view(data: Mesh | PointCloud, to_world: FloatArray) -> tuple[float, fl
     """Return the trend and plunge, in degrees, of a view onto the exposed side of a model.
 
     A mesh is viewed against the sum of its face normals. A cloud, whose exposed side is unknown,
-    is viewed along its thinnest direction, from above or from the south.
+    is viewed along its thinnest direction, from above or from the south. The plunge is between 0
+    and 60 degrees. If no side is exposed, the view is from the south with a plunge of 35 degrees.
 
     Parameters
     ----------

@@ -47,7 +47,10 @@ class Pace:
         )
 
     def record_frame(self, parts: Sequence[Drawable], seconds: float) -> None:
-        """Update the prediction with a measured drawing time, ignoring newly uploaded parts."""
+        """Update the prediction with a measured drawing time.
+
+        Frames with newly uploaded parts are ignored.
+        """
         elements = sum(p.elements * p.weight for p in parts)
         if not elements or not all(p.is_uploaded for p in parts):
             return
@@ -58,7 +61,7 @@ class Pace:
         self._seconds_per_element += part * min(1.0, elements / STEADY_ELEMENTS) * change
 
     def begin_moving(self) -> None:
-        """Reset the number of sets at the start of a movement.
+        """Limit the number of sets at the start of a movement.
 
         The number from a close view does not apply, because most points were outside that
         picture.

@@ -73,7 +73,7 @@ class PickedPoints:
         return np.asarray(points[np.isfinite(points).all(axis=1)])
 
     def expected_segment(self) -> FloatArray:
-        """Return the extrapolated line (0 or 1, 4), where the next vertex is expected."""
+        """Return the segment (0 or 1, 4) along which the next vertex is expected."""
         line = np.asarray(self.line, float).reshape(-1, 2)
         if not len(line) or not np.isfinite(line[-1]).all():
             return np.zeros((0, 4))

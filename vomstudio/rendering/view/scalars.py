@@ -185,7 +185,10 @@ class Scale:
         return out
 
     def ticks(self, maximum: int = 6) -> list[tuple[float, str]]:
-        """Return up to `maximum` round values between `low` and `high`, with their texts."""
+        """Return about `maximum` round values between `low` and `high`, with their texts.
+
+        A cyclic scale has five values, and categories have none.
+        """
         if self.kind == "categories" or not self.high > self.low:
             return []
         width = self.high - self.low

@@ -52,9 +52,9 @@ def ray_triangles(
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """Intersect a ray with n triangles.
 
-    Returns t, u, v and whether the triangle is hit in front of the origin, (n,) each. The
-    intersection is a + u (b - a) + v (c - a). The method is that of Tomas Moeller and Ben
-    Trumbore, Fast, minimum storage ray/triangle intersection, J. Graphics Tools 2 (1997).
+    Return t, u, v and whether the triangle is hit in front of the origin, (n,) each. The
+    intersection is a + u (b - a) + v (c - a). See Tomas Moeller and Ben Trumbore, Fast, minimum
+    storage ray/triangle intersection, J. Graphics Tools 2 (1997).
     """
     e1, e2 = b - a, c - a
     p = np.cross(direction[None, :], e2)
@@ -201,7 +201,7 @@ def points_near_ray(
         Chunks are skipped if they begin farther behind the front-most point than this multiple
         of the maximum distance.
     counts : callable, optional
-        Returns which points (n, 3) of the local frame are considered; by default all.
+        Function that returns which points (n, 3) of the local frame are considered; by default all.
     is_hidden : (n,) bool, optional
         Marks the points of the cloud that are ignored.
 

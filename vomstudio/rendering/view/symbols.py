@@ -201,7 +201,10 @@ def plane_symbol(
     *,
     is_overturned: bool = False,
 ) -> Symbol:
-    """Return the symbol of a plane; a dip that rounds to 0 or 90 degrees has no number."""
+    """Return the symbol of a plane.
+
+    A dip that rounds to 0 or 90 degrees has no number unless the plane is overturned.
+    """
     a, d = np.radians(dip_direction_deg), np.radians(dip_deg)
     strike = np.array([-np.cos(a), np.sin(a), 0.0])
     down = np.array([np.sin(a) * np.cos(d), np.cos(a) * np.cos(d), -np.sin(d)])
