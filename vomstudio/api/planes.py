@@ -632,7 +632,7 @@ def to_groups(value: Any, by: Any) -> _Groups:
 
 
 def plane_text(value: Any) -> str | None:
-    """Format a plane as "DD/D" (dip direction/dip).
+    """Format a plane as "DD/D" (dip direction/dip). Text and None are returned unchanged.
 
     Parameters
     ----------
@@ -646,7 +646,7 @@ def plane_text(value: Any) -> str | None:
     Raises
     ------
     InputError
-        If the value is not a valid plane.
+        If the value is neither text nor a valid plane.
     """
     if value is None or isinstance(value, str):
         return value

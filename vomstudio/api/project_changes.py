@@ -955,7 +955,8 @@ class ProjectChanges:
     def update_surroundings(self) -> int:
         """Remeasure the surroundings of features that were measured by an earlier method.
 
-        Features on a model that cannot be read keep their values, with a warning.
+        The surroundings are the resolution and the outcrop face around a feature. Features on a
+        model that cannot be read keep their values, with a warning.
 
         Returns
         -------
@@ -965,7 +966,7 @@ class ProjectChanges:
         Raises
         ------
         vs.errors.DocumentError
-            If all features were measured by the present method.
+            If all features were measured by the current method.
 
         Examples
         --------

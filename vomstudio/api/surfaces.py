@@ -105,7 +105,7 @@ def surface(
 
 
 def _around_text(value: Any) -> str:
-    """Format ((x, y, z), radius) for the option of the command. Raises InputError."""
+    """Format ((x, y, z), radius) as the text of the option `around`. Raises InputError."""
     try:
         centre, radius = value
         return ",".join(map(repr, [*np.asarray(centre, float).tolist(), float(radius)]))

@@ -77,7 +77,7 @@ def normal_covariance(measurement: Measurement, model: Model | None) -> FloatArr
 def normal_covariances(
     measurements: Sequence[Measurement], models: Sequence[Model | None]
 ) -> list[FloatArray | None]:
-    """Return `normal_covariance` of many measurements, many times faster.
+    """Compute `normal_covariance` for many measurements at once, which is much faster.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""Registration of models in World: observations, adjustment, residuals, errors and warnings."""
+"""Registration of models in World: observations, adjustment, errors and warnings."""

@@ -139,7 +139,7 @@ def _unit_vectors(lines: Sequence[KnownDirection], option: str) -> FloatArray:
 
 
 def photo_upright_prior(up: FloatArray) -> PhotoUpright:
-    """Return the prior of the vertical from the orientation of the camera in the photos.
+    """Return the prior on the vertical from the orientation of the camera in the photos.
 
     Parameters
     ----------

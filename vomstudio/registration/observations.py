@@ -331,14 +331,14 @@ class PlumbLines:
 
 @dataclass(frozen=True, eq=False)
 class PhotoUpright:
-    """Prior of the vertical: photos are held upright to within several degrees.
+    """Prior on the vertical: cameras are held upright to within several degrees.
 
     The prior is never treated as an outlier.
 
     Attributes
     ----------
     model : (1, 3) array
-        Unit vector that points to the sky.
+        Upward unit vector in the model frame.
     sigma : (1, 2) array
         One-sigma errors, rad.
     """

@@ -1,7 +1,7 @@
-"""Lengths of a model that is not in metres, repeated in the JSON under unitless names.
+"""Unitless names in the JSON output for lengths of a model that is not in metres.
 
-Scripts rely on names that end in `_m`. Lengths of a model from photos without scale are in model
-units, so the same values are repeated under names without the unit.
+Scripts rely on names that end in `_m`, so these are always present. Lengths of a model from
+photos without scale are in model units; they are repeated under names without the unit.
 """
 
 from __future__ import annotations

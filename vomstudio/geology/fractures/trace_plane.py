@@ -82,13 +82,12 @@ class TracePlane:
     scatter_m, max_distance_m : float
         RMS and maximum distance of the vertices from the plane, m.
     shortening_percent : float
-        Shortening of the lines due to the projection, because traces on a rough face are not
-        straight.
+        Shortening of the lines by the projection; traces on a rough face are not straight.
     azimuths_from : {"up", "north"}
-        Direction from which the angles of traces (`strike_deg`, ranges of strikes, rose diagram)
-        are counted clockwise. On planes that dip less than `MAX_STRIKE_DIP_DEG`, they are the
-        strikes of the traces from north; on steeper planes, they are angles in the plane from up
-        dip (the rake is this angle - 90).
+        Direction from which trace angles (`strike_deg`, strike ranges, rose diagram) are
+        measured clockwise. On planes that dip less than `MAX_STRIKE_DIP_DEG`, the angles are
+        the strikes of the traces from north. On steeper planes, they are angles in the plane
+        from up dip (the rake is this angle - 90).
     """
 
     dip_direction_deg: float

@@ -1,10 +1,10 @@
 """Camera position file `geo.txt` of OpenDroneMap.
 
-The first line states the coordinate system. Each further line describes a photo as `image x y [z]
-[yaw pitch roll] [horizontal_accuracy vertical_accuracy]`.
+The first line states the coordinate system. Each further line describes a photo as
+`image x y [z] [yaw pitch roll] [horizontal_accuracy vertical_accuracy]`.
 
-Yaw, pitch and roll follow the convention of OpenDroneMap: the pitch is 0 for a camera that points
-straight down and 90 for a camera that looks forward, with the top of the photo facing forward.
+Yaw, pitch and roll follow the convention of OpenDroneMap. At pitch 0, the camera points
+straight down and the top of the photo faces forward. At pitch 90, the camera looks forward.
 """
 
 from __future__ import annotations

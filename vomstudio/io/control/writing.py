@@ -1,4 +1,4 @@
-"""Writing of ground control tables in the form that `io.control.formats.tables` reads."""
+"""Writing of tables of control points, marks, point pairs and compass readings."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ GROUP = "vomstudio.writers"
 
 @functools.cache
 def find_writer_plugins() -> LoadedPlugins[Writer]:
-    """Return the writers of models, including plugins and their errors."""
+    """Return the model writers, including plugins, and the plugins that failed to load."""
     from vomstudio.io.models import writers
 
     return find_plugins(writers, "WRITER", Writer, GROUP)

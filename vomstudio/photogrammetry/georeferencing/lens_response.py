@@ -290,7 +290,7 @@ def _eliminate_points(
 
 
 def _add_priors(normal: FloatArray, scene: SparseScene, centres: Sequence[KnownCentre]) -> None:
-    """Add known camera positions and a weak prior of the poses, in place."""
+    """Add known camera positions and a weak prior on the poses, in place."""
     max_distance = (
         float(np.linalg.norm(scene.centres - scene.centres.mean(axis=0), axis=1).max()) or 1.0
     )

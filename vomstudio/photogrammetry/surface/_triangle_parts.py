@@ -9,10 +9,10 @@ from vomstudio.geometry.kernels.jit import part
 
 @part
 def triangle_frame(ax, ay, bx, by, cx, cy, w, h):  # type: ignore[no-untyped-def]
-    """Return the frame of a triangle.
+    """Return the edges, inverse determinant and pixel range of a triangle.
 
-    The frame consists of the edges (ex, ey) and (fx, fy) from the first corner, the inverse of
-    their determinant (0 for a degenerate triangle), and the range of pixels (i0 to i1, j0 to j1).
+    The edges (ex, ey) and (fx, fy) start at the first corner. The inverse of their determinant
+    is 0 for a degenerate triangle. The pixels are i0 to i1 and j0 to j1, inclusive.
     """
     ex, ey, fx, fy = bx - ax, by - ay, cx - ax, cy - ay
     det = ex * fy - ey * fx

@@ -98,7 +98,7 @@ def roses_from_table(
     weight: str | None = None,
     is_area_scaled: bool = True,
 ) -> RoseContents:
-    """Count a rose for each set of a table that contains features with the angle.
+    """Compute a rose for each set of a table whose features have the requested angle.
 
     Parameters
     ----------
@@ -106,8 +106,8 @@ def roses_from_table(
     of : str
         Angle to count, one of `roses.ROSE_ANGLES` or `roses.HISTOGRAM_ANGLES`.
     by, weight : str or None
-        Names or numbers of the columns of sets and weights. By default, sets are taken from `set`
-        or, if missing, from `kind`; otherwise all rows form one set.
+        Names or numbers of the columns of sets and weights. By default, sets are taken from
+        `set` or, if missing, from `kind`; otherwise all rows form one set.
     bin_deg : float
     is_area_scaled : bool
 
@@ -142,7 +142,7 @@ def roses_from_sets(
     weight: str | None = None,
     is_area_scaled: bool = True,
 ) -> RoseContents:
-    """Count a rose for each set of a net that contains features with the angle.
+    """Compute a rose for each set of a net whose features have the requested angle.
 
     Parameters
     ----------

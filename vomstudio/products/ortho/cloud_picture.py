@@ -35,7 +35,11 @@ class CloudSource:
     """
 
     def __init__(self, cloud: PointCloud, view: FloatArray, grid: Grid, spacing: float) -> None:
-        """Store the points `view` (n, 3) from `ViewFrame.to_view`, and their mean spacing, m."""
+        """Assign the points to tiles.
+
+        `view` (n, 3) contains the points from `ViewFrame.to_view`, and `spacing` is their mean
+        spacing, m.
+        """
         from vomstudio.products.ortho._splat_kernels import bin_points
 
         self._view = np.ascontiguousarray(view)

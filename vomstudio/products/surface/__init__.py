@@ -1,1 +1,1 @@
-"""Analysis of a patch as a surface: its deviations from a plane."""
+"""Surface analysis of a patch: deviations from its plane, roughness and profiles."""

@@ -1,4 +1,4 @@
-"""Options of the analysis of a patch as a surface, shared by all interfaces."""
+"""Options of the surface analysis of a patch, shared by all interfaces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Proxies that are drawn while drawing the complete models would take too long."""
+"""Proxies that are drawn when drawing the complete models would take too long."""
 
 from __future__ import annotations
 

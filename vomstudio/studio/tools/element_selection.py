@@ -37,7 +37,7 @@ def combine_masks(previous: BoolArray, addition: BoolArray, combination: Combine
 class ElementSelection:
     """Selection on one model; `mask` (n,) marks the selected faces or points.
 
-    Steps are stored in packed form, so that each can be undone.
+    For undo, the mask before each of the last `MAX_STEPS` steps is stored as packed bits.
     """
 
     def __init__(self, model_id: str, size: int) -> None:

@@ -213,7 +213,7 @@ class ElementTool:
 
     # --- selection ---------------------------------------------------------------------------
     def take(self, model_id: str, mask: BoolArray, combination: Combine, step: str) -> None:
-        """Select elements of a model; `step` is the label of the step."""
+        """Combine elements of a model with the selection; `step` is the label for undo."""
         selection = self._selection
         if selection is None or selection.model_id != model_id or len(selection.mask) != len(mask):
             if combination in ("subtract", "intersect"):

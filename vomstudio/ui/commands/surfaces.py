@@ -1,4 +1,4 @@
-"""Commands that analyse a patch as a surface and extend a plane through its model."""
+"""Commands that analyse the surface of a patch and extend a plane through its model."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ class _OpenFeature:
         return None
 
     def _find_editable_feature(self) -> tuple[str, str] | None:
-        """Return the feature that was selected last among those that a tool can change.
+        """Return the most recently selected feature that a tool can edit.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Dialog that analyses a patch as a surface: deviations, profiles and figures."""
+"""Dialog for the surface analysis of a patch: deviations, profiles and figures."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _PICTURE_SIZE_PX = (760, 520)
 
 
 class SurfaceDialog(QDialog):
-    """Analysis of a patch as a surface. The computation runs in a thread."""
+    """Dialog for the surface analysis of a patch. The computation runs in a thread."""
 
     def __init__(self, parent: QWidget, studio: Studio, patch: PaintedFeature) -> None:
         super().__init__(parent)

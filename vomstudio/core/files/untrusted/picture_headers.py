@@ -77,10 +77,10 @@ class PictureSize:
         return max(self.width * self.height * self.pixel_bytes, self.tile_bytes)
 
     def decoded_bytes(self, min_pixel_bytes: int) -> int:
-        """Return the decompressed size in bytes.
+        """Return the memory needed to decode the picture, in bytes.
 
         Pillow pads rows to a multiple of four bytes and stores a pointer to each row, which
-        matters for pictures of one column.
+        matters for pictures that are one pixel wide.
         """
         row = self.width * max(self.pixel_bytes, min_pixel_bytes)
         pixels = self.height * ((row + 3) // 4 * 4 + 8)

@@ -201,7 +201,7 @@ class SecondViewPanel(QWidget):
             self._is_linking = False
 
     def _copy_outcrop(self) -> None:
-        """Use the camera of the outcrop."""
+        """Copy the camera of the outcrop view to this view."""
         viewport = self._outcrop.viewport
         if self.view is not None and viewport is not None:
             self._copy_view(viewport, self.view)
