@@ -1,5 +1,8 @@
-"""Tables that follow from the code: options in `docs/cli.md`, doors and packages in
-`docs/architecture.md`; ``python -m tests.architecture.operation_tables`` renews them."""
+"""Tables generated from the code: options in `docs/cli.md`, operations and packages in
+`docs/architecture.md`, and all modules in `docs/modules.md`.
+
+``python -m tests.architecture.operation_tables`` renews them.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +20,10 @@ from vomstudio.studio.project_options import ACTION_OPTIONS
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 COMMANDS, ARCHITECTURE = DOCS / "cli.md", DOCS / "architecture.md"
+MODULES = DOCS / "modules.md"
+MODULES_BEGIN, MODULES_END = "<!-- modules -->\n", "<!-- end of modules -->"
+MAX_MODULE_NAMES = 6
+"""Maximum number of public names listed for a module."""
 DOORS_BEGIN, DOORS_END = "<!-- doors -->\n", "<!-- end of doors -->"
 PACKAGES_BEGIN, PACKAGES_END = "<!-- packages -->\n", "<!-- end of packages -->"
 
@@ -107,6 +114,37 @@ def packages_table() -> str:
     return "\n".join(rows) + "\n"
 
 
+def renewed_modules(page: str) -> str:
+    """Return the page with today's tables of the modules of each package."""
+    sections = []
+    for package in sorted((ROOT / "vomstudio").rglob("__init__.py")):
+        rows = [
+            _module_row(module)
+            for module in sorted(package.parent.glob("*.py"))
+            if module.name != "__init__.py"
+        ]
+        if rows:
+            name = package.parent.relative_to(ROOT).as_posix()
+            table = ["| module | contents | defines |", "|---|---|---|", *rows]
+            sections.append(f"## {name}\n\n" + "\n".join(table) + "\n")
+    start = page.index(MODULES_BEGIN) + len(MODULES_BEGIN)
+    return page[:start] + "\n".join(sections) + page[page.index(MODULES_END) :]
+
+
+def _module_row(module: Path) -> str:
+    tree = ast.parse(module.read_text("utf-8"))
+    text = ast.get_docstring(tree) or ""
+    summary = " ".join(text.partition("\n\n")[0].split()).rstrip(".").replace("|", "\\|")
+    names = [
+        f"`{node.name}`"
+        for node in tree.body
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
+    ]
+    if len(names) > MAX_MODULE_NAMES:
+        names = [*names[:MAX_MODULE_NAMES], "…"]
+    return f"| `{module.name}` | {summary} | {', '.join(names)} |"
+
+
 def doors_table() -> str:
     """Return the table of operations against doors; a missing door has its reason."""
     rows = [f"| operation | {' | '.join(INTERFACES)} |", "|---" * (len(INTERFACES) + 1) + "|"]
@@ -128,5 +166,9 @@ def doors_table() -> str:
 
 
 if __name__ == "__main__":
-    for path, renewed in ((COMMANDS, renewed_commands), (ARCHITECTURE, renewed_architecture)):
+    for path, renewed in (
+        (COMMANDS, renewed_commands),
+        (ARCHITECTURE, renewed_architecture),
+        (MODULES, renewed_modules),
+    ):
         path.write_text(renewed(path.read_text("utf-8")), "utf-8")

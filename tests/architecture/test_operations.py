@@ -133,6 +133,7 @@ def test_the_documents_have_the_declared_tables() -> None:
     for path, renewed in (
         (tables.COMMANDS, tables.renewed_commands),
         (tables.ARCHITECTURE, tables.renewed_architecture),
+        (tables.MODULES, tables.renewed_modules),
     ):
         page = path.read_text("utf-8")
         assert renewed(page) == page, "run python -m tests.architecture.operation_tables"

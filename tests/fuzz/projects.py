@@ -91,7 +91,7 @@ def specimen(folder: Path) -> Path:
 
 
 def said_by(played: Replay) -> tuple[Any, ...]:
-    return dict(played.records), dict(played.saved), dict(played.settings), played.draft
+    return dict(played.records), dict(played.saved_records), dict(played.settings), played.draft
 
 
 def flip_bit(folder: Path, chance: random.Random) -> str:

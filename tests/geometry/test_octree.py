@@ -257,7 +257,7 @@ def test_point_ids_are_file_rows_whatever_is_loaded() -> None:
 
 def test_fetched_nodes_stay_loaded_until_released() -> None:
     file = File()
-    rows = [row for row in range(len(file.keys)) if row not in file.store.loaded()][:4]
+    rows = [row for row in range(len(file.keys)) if row not in file.store.loaded_nodes()][:4]
     pieces = file.store.fetch([*rows, *file.store.first])
     assert file.asked == rows
     for row, piece in zip([*rows, *file.store.first], pieces, strict=True):
@@ -269,9 +269,9 @@ def test_fetched_nodes_stay_loaded_until_released() -> None:
     file.store.tree(rows[0], pieces[0].cloud)
     again = replace(pieces[0], cloud=replace(pieces[0].cloud))
     file.store.release(rows[0], again)  # one that has been read anew since stays
-    assert rows[0] in file.store.loaded()
+    assert rows[0] in file.store.loaded_nodes()
     file.store.release(rows[0], pieces[0])
-    assert rows[0] not in file.store.loaded()
+    assert rows[0] not in file.store.loaded_nodes()
     assert file.store.tree(rows[1], pieces[1].cloud) is file.store.tree(rows[1], pieces[1].cloud)
 
 
@@ -308,12 +308,12 @@ def test_streamed_cloud_reports_bounds_and_overview_of_the_whole() -> None:
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("loaded", ["all", "some"])
-def test_streamed_surface_matches_surface_of_loaded_points(loaded: str) -> None:
+@pytest.mark.parametrize("loaded_nodes", ["all", "some"])
+def test_streamed_surface_matches_surface_of_loaded_points(loaded_nodes: str) -> None:
     file = File()
-    rows = range(len(file.keys)) if loaded == "all" else range(0, len(file.keys), 2)
+    rows = range(len(file.keys)) if loaded_nodes == "all" else range(0, len(file.keys), 2)
     file.store.fetch(rows)
-    there = sorted(file.store.loaded())
+    there = sorted(file.store.loaded_nodes())
     ids = np.concatenate([file.starts[row] + np.arange(file.counts[row]) for row in there])
     known = PointCloud(file.whole.points[ids])
     plain, streamed = CloudSurface(known), StreamedSurface(file.cloud)
@@ -346,7 +346,7 @@ def test_streamed_surface_has_no_normal_if_nothing_usable_is_loaded() -> None:
     # Nor where all that is there stands at one place, or in a line.
     for shape in (np.zeros((9, 3)), np.outer(np.arange(9.0), [1.0, 2.0, 3.0])):
         file.store.store_node(0, PointCloud(shape + file.boxes[0].mean(axis=0)))
-        for row in set(file.store.loaded()) - {0}:
+        for row in set(file.store.loaded_nodes()) - {0}:
             file.store.store_node(row, PointCloud(np.zeros((0, 3))))
         assert surface.local_normal(0, file.boxes[0].mean(axis=0), 30.0) is None
 
@@ -400,7 +400,7 @@ def test_node_is_requested_if_its_ball_is_visible_and_too_coarse() -> None:
 def test_nodes_near_box_are_those_whose_cubes_intersect_it() -> None:
     file = File()
     file.store.fetch(range(0, len(file.keys), 3))
-    rng, there = np.random.default_rng(8), file.store.loaded()
+    rng, there = np.random.default_rng(8), file.store.loaded_nodes()
     corners = file.boxes.reshape(-1, 3)
     boxes = [np.sort(corners[rng.integers(0, len(corners), 2)], axis=0) for _ in range(40)]
     boxes += [
@@ -420,13 +420,13 @@ def test_nodes_near_box_are_those_whose_cubes_intersect_it() -> None:
 
 def test_read_nodes_are_not_kept_loaded() -> None:
     file = File()
-    before = set(file.store.loaded())
+    before = set(file.store.loaded_nodes())
     row = next(row for row in range(len(file.keys)) if row not in before)
     alone = file.store.read(row)
     assert np.array_equal(alone.points, file.whole.points[file.starts[row] :][: file.counts[row]])
     assert file.store.tree(row, alone) is not file.store.tree(row, alone)
     file.store.points_of(np.arange(len(file.whole.points)))
-    assert set(file.store.loaded()) == before
+    assert set(file.store.loaded_nodes()) == before
     # The tree of a node goes with it.
     piece = file.store.fetch([row])[0]
     kept = file.store.tree(row, piece.cloud)
@@ -472,7 +472,7 @@ def test_surface_near_box_uses_at_most_the_maximum_number_of_points(
 def test_nearest_points_are_searched_in_all_loaded_nodes() -> None:
     file = File()
     file.store.fetch(range(0, len(file.keys), 2))
-    there = np.concatenate([cloud.points for cloud in file.store.loaded().values()])
+    there = np.concatenate([cloud.points for cloud in file.store.loaded_nodes().values()])
     surface, rng = StreamedSurface(file.cloud), np.random.default_rng(9)
     for centre in rng.uniform(there.min(axis=0) - 2.0, there.max(axis=0) + 2.0, (25, 3)):
         away = np.sort(np.linalg.norm(there - centre, axis=1))

@@ -306,7 +306,9 @@ def test_expected_spectra_match_their_covariance(n: int, each: int) -> None:
         r = r.reshape(n, each, n, each).mean(axis=(1, 3))  # of the means of pieces
         r /= r[0, 0]
         form = power @ library.toeplitz[k] + library.white_shares[k] * (series @ series)
-        assert np.allclose(library.square[k], np.diag(cosines @ r @ cosines.T) ** 2, atol=1e-9)
+        assert np.allclose(
+            library.squared_power[k], np.diag(cosines @ r @ cosines.T) ** 2, atol=1e-9
+        )
         assert form == pytest.approx(series @ r @ series)
         assert library.mean[k] == pytest.approx(r.sum() / n)
 

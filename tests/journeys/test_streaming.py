@@ -52,15 +52,15 @@ def test_large_copc_file_is_streamed_with_the_points_of_the_file(window, cliff):
     hit = viewport.pick(x, y)
     assert hit is not None
     assert np.array_equal(hit.position, whole.points[hit.index])
-    before = len(opened.data.store.loaded())
+    before = len(opened.data.store.loaded_nodes())
     for _ in range(5):
         viewport.camera.zoom(0.6, viewport.world_position(hit))
         viewport.moves.redraw()
         driver.pause(20)
     settle(window, model_id)
-    assert len(opened.data.store.loaded()) > before
+    assert len(opened.data.store.loaded_nodes()) > before
     scene = viewport.scene.models[model_id]
-    assert {p.row for p in scene.parts} == set(opened.data.store.loaded())
+    assert {p.row for p in scene.parts} == set(opened.data.store.loaded_nodes())
     assert sum(p.elements for p in scene.parts) <= 30_000
     assert len(scene.parts) == len(scene.point_chunks)
     hit = viewport.pick(x, y)

@@ -176,7 +176,7 @@ def test_journal_is_replayed_with_undo_and_redo() -> None:
     played.row("undo", third)
     played.row("undo", second)
     found = replay(played.rows)
-    assert found.records == {"t1": TRACE} == found.saved
+    assert found.records == {"t1": TRACE} == found.saved_records
     assert [seq for seq, _ in found.done] == [first]
     assert [seq for seq, _ in found.undone] == [third, second]
     assert (found.top, found.saved_top) == (first, first)
@@ -236,7 +236,7 @@ def test_unsaved_project_has_no_save_to_return_to() -> None:
     played = Played()
     played.do({"t1": TRACE})
     found = replay(played.rows)
-    assert (found.saved, found.saved_top, found.top) == ({}, 0, 1)
+    assert (found.saved_records, found.saved_top, found.top) == ({}, 0, 1)
 
 
 def test_drafts_are_kept_until_finished_or_discarded() -> None:

@@ -112,15 +112,15 @@ def test_repair_keeps_the_saved_state_and_unsaved_edits(
     damaged: ProjectFolder, folder: Path
 ) -> None:
     session = damaged.session
-    saved = dict(session.saved)
+    saved_records = dict(session.saved_records)
     session.apply(edits.add_trace(session.records, bed("t9", 9.0)))
     damaged.repair()
     assert session.dirty
     played = read_replay(folder)
-    assert played.saved == saved
+    assert played.saved_records == saved_records
     assert "t9" in played.records
     session.discard_unsaved()
-    assert read_replay(folder).records == saved
+    assert read_replay(folder).records == saved_records
 
 
 @pytest.mark.parametrize("way", ["another tale", "no room"])
@@ -152,7 +152,7 @@ def test_failed_repair_changes_nothing(
     assert verify(folder).sound
 
 
-@pytest.mark.parametrize("part", ["records", "saved"])
+@pytest.mark.parametrize("part", ["records", "saved_records"])
 def test_repaired_journal_with_missing_records_is_rejected(
     damaged: ProjectFolder, monkeypatch: pytest.MonkeyPatch, part: str
 ) -> None:

@@ -220,7 +220,7 @@ def test_new_project_has_default_types_and_nothing_to_save_or_undo(journal):
     assert session.of(FeatureType) == list(DEFAULT_TYPES)
     assert (session.dirty, session.is_recovered, session.problems) == (False, False, ())
     assert session.undo_label is session.redo_label is session.draft is None
-    assert dict(session.saved) == dict(session.records)
+    assert dict(session.saved_records) == dict(session.records)
     session.undo()
     session.redo()
     assert len(journal.kept) == 2
@@ -309,7 +309,7 @@ def test_has_ever_contained_includes_undone_records(session, journal):
 
 def test_records_and_history_are_read_only_outside_the_session(session):
     label = session.undo_label
-    for mapping in (session.records, session.saved):
+    for mapping in (session.records, session.saved_records):
         with pytest.raises(TypeError):
             mapping["t1"] = bed("t1")
     for steps in (session.done_steps(), session.undone_steps()):
@@ -430,13 +430,13 @@ def test_save_records_the_state_at_that_time(session, journal):
     at, kept = session.top, dict(session.records)
     assert journal.kept[-1].kind == "save"
     session.apply(edits.delete(session.records, ["t1"]))
-    assert (session.saved_top, dict(session.saved), session.dirty) == (at, kept, True)
+    assert (session.saved_top, dict(session.saved_records), session.dirty) == (at, kept, True)
     again = Session(journal)
-    assert (again.saved_top, dict(again.saved), again.dirty) == (at, kept, True)
+    assert (again.saved_top, dict(again.saved_records), again.dirty) == (at, kept, True)
     again.discard_unsaved()
     assert [row.kind for row in journal.kept[-2:]] == ["discard", "save"]
     assert again.saved_top == again.top != at
-    assert dict(again.saved) == dict(again.records) == kept
+    assert dict(again.saved_records) == dict(again.records) == kept
     assert not Session(journal).dirty
 
 

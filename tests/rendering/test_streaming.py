@@ -109,7 +109,7 @@ def test_streamed_points_keep_their_row_in_the_file(cliff: Path, whole: PointClo
     assert np.array_equal(cloud.position(17), whole.points[17])
     row = cloud.store.first[-1]
     first = int(cloud.store.starts[row])
-    held = cloud.store.loaded()[row]
+    held = cloud.store.loaded_nodes()[row]
     assert np.array_equal(held.points, whole.points[first : first + len(held.points)])
 
 
@@ -133,7 +133,7 @@ def test_selected_nodes_are_read_within_the_point_budget(cliff: Path, whole: Poi
     for x in (10.0, 45.0, 80.0, 10.0):
         sink.look(from_above(x, 30, 40.0))
         assert set(sink.shown) <= set(sink.nodes)
-        assert set(sink.nodes) == set(cloud.store.loaded())
+        assert set(sink.nodes) == set(cloud.store.loaded_nodes())
     assert sink.most <= 30_000
     assert len(sink.shown) > len(cloud.store.first)
     for node in sink.nodes.values():

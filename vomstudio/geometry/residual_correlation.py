@@ -125,12 +125,12 @@ class _ModelLibrary:
 
     Attributes
     ----------
-    log, inverse : (models, N_FREQUENCIES) ndarray
+    log_power, inverse_power : (models, N_FREQUENCIES) ndarray
         Logarithm and inverse of the expected squared coefficients of the orthonormal cosine
         transform (DCT-II), from coefficient 1 on, scaled to the share of the variance that remains
         after the fit and including the noise floor.
-    square : (models, n - 1) ndarray
-        Expected squared coefficients of the same transform for noise of variance 1.
+    squared_power : (models, n - 1) ndarray
+        Squares of the expected squared coefficients of the same transform, for variance 1.
     toeplitz : (models, n + 1) ndarray
         Weights that convert the power spectrum (rfft) of a series padded to 2 n into the quadratic
         form series' R series, where R is the correlation matrix without `white_shares`.
@@ -157,13 +157,13 @@ class _ModelLibrary:
         sine = -transform.imag[:, 1:n]
         s = np.maximum(1.0 + 2.0 * (cosine - sine / (n * np.sin(angle))), 0.0)
         self.half_step = np.exp(-0.5j * angle)
-        self.square = s * s
+        self.squared_power = s * s
         self.mean = 1.0 + 2.0 * (rho * taper).sum(axis=1)
         # Scale to a variance of 1 after a fit has removed the two lowest coefficients.
         residual_dof = np.maximum(n - self.mean - s[:, 0] - s[:, 1], 1e-3 * n)
         scaled_sums = s[:, :N_FREQUENCIES] * ((n - 3.0) / residual_dof)[:, None] + MIN_NOISE_SHARE
-        self.log = np.log(scaled_sums)
-        self.inverse = 1.0 / scaled_sums
+        self.log_power = np.log(scaled_sums)
+        self.inverse_power = 1.0 / scaled_sums
         doubled_counts = np.full(n + 1, 2.0)
         doubled_counts[[0, n]] = 1.0
         self.toeplitz = (
@@ -332,7 +332,7 @@ def _compare_models(
     loading = power @ models.toeplitz.T + models.white_shares
     residual_dof = np.maximum(n - models.mean - loading[0] - loading[1], 1e-3 * n)
     model_dof = np.minimum(
-        DOF_FACTOR * residual_dof**2 / (remaining_share @ models.square.T), n - 3.0
+        DOF_FACTOR * residual_dof**2 / (remaining_share @ models.squared_power.T), n - 3.0
     )
     model_dof[:, 0] = n - 3.0
     dof_ratio = degrees_of_freedom / (n - 3.0)
@@ -341,9 +341,11 @@ def _compare_models(
     used_share = remaining_share[:, :N_FREQUENCIES]
     misfit = (
         squares[2, :, :N_FREQUENCIES] * (n - 3.0) + MIN_NOISE_SHARE * used_share
-    ) @ models.inverse.T
+    ) @ models.inverse_power.T
     likelihood_counts = used_share.sum(axis=1) * dof_ratio
-    likelihood = -0.5 * (used_share @ models.log.T + likelihood_counts[:, None] * np.log(misfit))
+    likelihood = -0.5 * (
+        used_share @ models.log_power.T + likelihood_counts[:, None] * np.log(misfit)
+    )
     weight = _normalize(SHARPNESS * (likelihood + models.log_weight))
     likelihood_weight = _normalize(likelihood) * IS_PURE_MODEL
     is_long = likelihood_weight[:, IS_LONG_MODEL].sum(axis=1) > 0.5 * likelihood_weight.sum(axis=1)

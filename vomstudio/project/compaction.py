@@ -346,7 +346,7 @@ def _unused_files(folder: Path, session: Session) -> list[Path]:
     steps = [edit for _, edit in (*session.done_steps(), *session.undone_steps())]
     named_paths = {
         asset.path
-        for asset in collect_assets(session.records.values(), session.saved.values(), steps)
+        for asset in collect_assets(session.records.values(), session.saved_records.values(), steps)
     }
     return sorted(
         path for path in assets.iterdir() if path.relative_to(folder).as_posix() not in named_paths

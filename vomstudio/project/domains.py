@@ -37,7 +37,7 @@ def domain_names(records: RecordMap) -> list[str]:
 def split_by_plane(
     records: Records,
     id_: str,
-    measured_callback: Callable[[Sequence[str]], Mapping[str, Measurement]],
+    measure: Callable[[Sequence[str]], Mapping[str, Measurement]],
 ) -> tuple[Edit, int]:
     """Assign the features on the two sides of a feature's plane to two domains.
 
@@ -55,7 +55,7 @@ def split_by_plane(
         If the feature has no plane or nothing would change.
     """
     fault = get(records, id_, TypedFeature)
-    fault_measurement = {} if fault is None else measured_callback([id_])
+    fault_measurement = {} if fault is None else measure([id_])
     if (
         fault is None
         or id_ not in fault_measurement
@@ -75,16 +75,16 @@ def split_by_plane(
             for offset_deg in (0.0, 180.0)
         )
     normal, centre = plane.normal(), fault_measurement[id_].points.mean(axis=0)
-    other_domains = [
+    other_features = [
         record
         for record in records.values()
         if isinstance(record, TypedFeature)
         and (record.type_id, record.set_name) != (fault.type_id, fault.set_name)
     ]
-    measurements = measured_callback([other_domain.id for other_domain in other_domains])
+    measurements = measure([other_feature.id for other_feature in other_features])
     new_records: dict[str, Record | None] = {}
     crossing = 0
-    for feature in other_domains:
+    for feature in other_features:
         points = measurements[feature.id].points if feature.id in measurements else np.empty((0, 3))
         if not len(points):
             continue

@@ -48,8 +48,8 @@ def repair(folder: Path, session: Session, journal: SqliteJournal) -> RepairResu
     new_path = folder / compaction.NEW_JOURNAL_NAME
     seq_map = compaction.write_compacted_journal(new_path, session, journal)
     repaired_replay = read_replay(new_path)
-    if repaired_replay.records != dict(session.records) or repaired_replay.saved != dict(
-        session.saved
+    if repaired_replay.records != dict(session.records) or repaired_replay.saved_records != dict(
+        session.saved_records
     ):
         compaction.remove(new_path)
         raise DocumentError(Finding("journal.inconsistent"))

@@ -39,7 +39,7 @@ class Session:
         self._records = RecordMap(replayed.records)
         self._done_steps = replayed.done
         self._undone_steps = replayed.undone
-        self._saved_records = replayed.saved
+        self._saved_records = replayed.saved_records
         self._saved_top = replayed.saved_top
         self.problems: tuple[Finding, ...] = tuple(replayed.problems)
         self.draft: Draft | None = replayed.draft
@@ -143,7 +143,7 @@ class Session:
         return self._saved_top
 
     @property
-    def saved(self) -> Mapping[str, Record]:
+    def saved_records(self) -> Mapping[str, Record]:
         """Records at the time of the last save."""
         return MappingProxyType(self._saved_records)
 

@@ -66,7 +66,9 @@ def verify(folder: Path) -> Verification:
 def named_assets(replay_result: Replay) -> list[Asset]:
     """Return all files that undo, redo or discard may need."""
     steps = [edit for _, edit in (*replay_result.done, *replay_result.undone)]
-    return collect_assets(replay_result.records.values(), replay_result.saved.values(), steps)
+    return collect_assets(
+        replay_result.records.values(), replay_result.saved_records.values(), steps
+    )
 
 
 def collect_assets(

@@ -211,10 +211,10 @@ def _add_scale_error(kinds: Sequence[ObservationKind], result: Adjustment) -> Ad
             error = max(error, kind.scale_error)
     if not error > 0:
         return result
-    design, _, units = weighted_system(result.rows, result.sigma, result.size)
+    design, _, column_scales = weighted_system(result.rows, result.sigma, result.size)
     inverse, _ = invert_determined(design.T @ design)
     step = -inverse @ (design[: len(change)].T @ (change / result.sigma))
-    response = error * (step * units)[:7]
+    response = error * (step * column_scales)[:7]
     added_covariance = np.outer(response, response)
     return replace(
         result,
@@ -387,7 +387,7 @@ def _cost(problem: _Problem, fit: Similarity, *, is_robust: bool = False) -> flo
 # --- one start --------------------------------------------------------------------------------
 def _step(rows: Rows, sigma: FloatArray, size: float, parameter_weights: FloatArray) -> FloatArray:
     """Return the minimum-norm parameter change (7,) that minimises the squares."""
-    design, residuals, units = weighted_system(rows, sigma, size)
+    design, residuals, column_scales = weighted_system(rows, sigma, size)
     inverse, null_space = invert_determined(design.T @ design)
     step = -inverse @ (design.T @ residuals)
     if null_space.shape[1]:
@@ -397,7 +397,7 @@ def _step(rows: Rows, sigma: FloatArray, size: float, parameter_weights: FloatAr
             - null_space
             @ np.linalg.lstsq(weighted_null_space, parameter_weights * step, rcond=None)[0]
         )
-    return np.asarray((step * units)[:7], np.float64)
+    return np.asarray((step * column_scales)[:7], np.float64)
 
 
 def apply_step(fit: Similarity, step: FloatArray, centre: FloatArray) -> Similarity:
@@ -473,10 +473,10 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
             break
     rows, starts, position = problem.linearise(fit)
     length = size * fit.scale
-    design, residuals, units = weighted_system(rows, sigma, length)
+    design, residuals, column_scales = weighted_system(rows, sigma, length)
     information = design.T @ design
     inverse, null_space = invert_determined(information)
-    shared_shifts = -(inverse @ (design.T @ residuals) * units)[7:]
+    shared_shifts = -(inverse @ (design.T @ residuals) * column_scales)[7:]
     residuals = remove_shared_errors(design, residuals, inverse, len(rows.residuals))
     rows = replace(rows, residuals=residuals[: len(rows.residuals)] * sigma)
     redundancy = float(len(rows.residuals) - (7 - null_space.shape[1]))
@@ -487,7 +487,7 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
         squares = float((residuals**2).sum())
         if squares > chi2.ppf(_SIGNIFICANCE, redundancy):
             misfit_factor = float(np.sqrt(squares / redundancy))
-    covariance_diagonal = spread * np.outer(units, units) * misfit_factor**2
+    covariance_diagonal = spread * np.outer(column_scales, column_scales) * misfit_factor**2
     covariance = covariance_diagonal * np.outer(factor, factor)
     assumed_error_groups = tuple(
         name for name in unstated_groups if redundancy_by_group.get(name, 0.0) < 0.5

@@ -78,12 +78,12 @@ def find_outliers(
             )
             return empty_mask, empty_mask
     deviations = _rotation_angles(rotations, typical_rotation)
-    limit = _outlier_limit_deg(deviations)
-    outliers = np.asarray(deviations > limit)
+    limit_deg = _outlier_limit_deg(deviations)
+    outliers = np.asarray(deviations > limit_deg)
     is_tilted = empty_mask.copy()
     if outliers.any():
         is_tilted[outliers] = _describe_outliers(
-            labels, angles, model, typical_rotation, outliers, limit, findings
+            labels, angles, model, typical_rotation, outliers, limit_deg, findings
         )
     return outliers, is_tilted
 
@@ -196,7 +196,7 @@ def _describe_outliers(
     model: FloatArray,
     typical_rotation: FloatArray,
     is_outlier: BoolArray,
-    limit: float,
+    limit_deg: float,
     findings: list[Finding],
 ) -> list[bool]:
     """Return whether the vertical of each excluded photo is also excluded.
@@ -210,7 +210,7 @@ def _describe_outliers(
     is_tilted = []
     for row in map(int, np.flatnonzero(is_outlier)):
         angles_of_photo = angles[row : row + 1]
-        fits = [
+        candidates = [
             (
                 float(
                     _rotation_angles(
@@ -222,13 +222,13 @@ def _describe_outliers(
             )
             for change, sentence in _quarter_turns()
         ]
-        min_angle, sentence = min(fits)
+        min_angle, sentence = min(candidates)
         relative_rotation = (
             camera_rotations(angles_of_photo)[0] @ inverse_rotations[row] @ typical_rotation.T
         )
         rotation = np.degrees(Rotation.from_matrix(relative_rotation).as_rotvec())
         # If a camera looks down, a rotated photo appears to have another yaw.
-        is_quarter_turn = min_angle < limit / 2
+        is_quarter_turn = min_angle < limit_deg / 2
         is_flat = not is_quarter_turn and abs(
             rotation[2]
         ) > _MIN_VERTICAL_COMPONENT * np.linalg.norm(rotation)
@@ -240,7 +240,7 @@ def _describe_outliers(
                 labels[row]
             )
         else:
-            photos_by_reason.setdefault(("far", limit), []).append(labels[row])
+            photos_by_reason.setdefault(("far", limit_deg), []).append(labels[row])
     findings += [
         _exclusion_finding(reason, value, names)
         for (reason, value), names in photos_by_reason.items()

@@ -43,18 +43,18 @@ def weighted_system(
         Derivatives; each row is divided by its error.
     residuals : (m + k,) array
         Residuals divided by their errors.
-    units : (7 + k,) array
-        Units of the columns.
+    column_scales : (7 + k,) array
+        Scale factors of the columns.
     """
     k = rows.shared_design.shape[1]
-    units = np.concatenate([np.ones(4), np.full(3, size), rows.shared_sigma])
+    column_scales = np.concatenate([np.ones(4), np.full(3, size), rows.shared_sigma])
     design = np.vstack(
         [
-            np.hstack([rows.design, rows.shared_design]) / sigma[:, None] * units,
+            np.hstack([rows.design, rows.shared_design]) / sigma[:, None] * column_scales,
             np.hstack([np.zeros((k, 7)), np.eye(k)]),
         ]
     )
-    return design, np.concatenate([rows.residuals / sigma, np.zeros(k)]), units
+    return design, np.concatenate([rows.residuals / sigma, np.zeros(k)]), column_scales
 
 
 def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -102,8 +102,8 @@ def estimate_scatter(
     design = np.array([jacobian(position) for position in positions - positions.mean(axis=0)])
     # The equations are well conditioned in units of the spread of the points.
     size = float(np.sqrt(((positions - positions.mean(axis=0)) ** 2).sum(axis=1).mean()))
-    units = np.array([size, size, size, size, 1.0, 1.0, 1.0])
-    design = design / units
+    column_scales = np.array([size, size, size, size, 1.0, 1.0, 1.0])
+    design = design / column_scales
     inverse = np.linalg.pinv(np.einsum("nik,nil->kl", design, design), hermitian=True)
     information = _information(design, 0.0)
     known_covariances = _covariances(stated_errors, n)
@@ -119,7 +119,7 @@ def estimate_scatter(
             )
             whitened_design = roots @ design
             meat = np.einsum("nik,nil->kl", whitened_design, correlate(whitened_design, rho))
-            covariance = inverse @ meat @ inverse / np.outer(units, units)
+            covariance = inverse @ meat @ inverse / np.outer(column_scales, column_scales)
             sigma = np.sqrt(np.einsum("nii->i", known_covariances) / n)
             return Scatter(sigma, covariance, rho)
     groups = _groups(n)
@@ -150,7 +150,7 @@ def estimate_scatter(
         (fractions**2 / np.maximum(degrees_of_freedom, 1.0)[:, None]).sum(axis=0), 1e-300
     )
     factor = t.ppf(0.975, np.clip(item, 1.0, None)) / norm.ppf(0.975)
-    return _result(np.sqrt(variances), inverse, next_information, units, factor, drift=rho)
+    return _result(np.sqrt(variances), inverse, next_information, column_scales, factor, drift=rho)
 
 
 def _covariances(stated_errors: float | FloatArray | None, n: int) -> FloatArray | None:
@@ -310,11 +310,11 @@ def _result(
     sigma: FloatArray,
     inverse: FloatArray,
     information: FloatArray,
-    units: FloatArray,
+    column_scales: FloatArray,
     factor: FloatArray,
     *,
     drift: float,
 ) -> Scatter:
     meat = np.einsum("i,ikl->kl", sigma**2, information)
-    covariance = inverse @ meat @ inverse * np.outer(factor / units, factor / units)
+    covariance = inverse @ meat @ inverse * np.outer(factor / column_scales, factor / column_scales)
     return Scatter(np.array(sigma, np.float64), covariance, drift)

@@ -81,7 +81,7 @@ class GisLayers:
             remove_layers(folder)
             return
 
-        def failed(event: Failed) -> None:
+        def handle_failure(event: Failed) -> None:
             self.written.emit("")
             self._notices.warn(
                 Finding(
@@ -97,6 +97,6 @@ class GisLayers:
             LayersRequest(folder),
             title=tr("Writing GIS layers"),
             on_done=lambda _: self.written.emit(str(path)),
-            on_failed=failed,
+            on_failed=handle_failure,
             is_quiet=True,
         )

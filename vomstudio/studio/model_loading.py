@@ -149,7 +149,7 @@ class ModelLoader:
             self._stream(key, path, finished_callback)
             return
 
-        def failed(event: Failed) -> None:
+        def handle_failure(event: Failed) -> None:
             self._running_jobs.pop(key, None)
             self.ended.emit(key)
             if event.cancelled:
@@ -165,7 +165,7 @@ class ModelLoader:
             ModelFile(path, cache),
             title=tr("Opening {file}", file=path.name),
             on_done=lambda result: self._fetch(key, path, result, finished_callback),
-            on_failed=failed,
+            on_failed=handle_failure,
         )
 
     def _stream(self, key: str, path: Path, callback: LoadCallback) -> None:

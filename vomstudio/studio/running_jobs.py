@@ -14,7 +14,7 @@ from vomstudio.core.failures.error_collector import ERRORS
 from vomstudio.core.findings import Finding
 from vomstudio.core.signals import Signal
 from vomstudio.core.words import tr
-from vomstudio.studio.jobs.events import Done, Event, Failed, Fault, Stage, Step
+from vomstudio.studio.jobs.events import Done, Event, Failed, InternalError, Stage, Step
 from vomstudio.studio.jobs.job import Job, Lane, Request, Result
 from vomstudio.studio.jobs.supervisor import WorkerSupervisor
 from vomstudio.studio.owner_thread import Post
@@ -49,7 +49,7 @@ class RunningJob:
     stage: str = ""
     total: int | None = None
     done: int = 0
-    faults: list[Fault] = field(default_factory=list)
+    internal_errors: list[InternalError] = field(default_factory=list)
 
     def status(self) -> str:
         """Return the stage, with its progress if it is known."""
@@ -160,20 +160,20 @@ class Jobs:
         """Return the visible jobs, oldest first."""
         return [job for job in self.jobs.values() if not job.is_quiet]
 
-    def _hand_over(self, lane: Lane, fault: Fault) -> None:
-        self._post(lambda: self._deliver(lane, fault))
+    def _hand_over(self, lane: Lane, error: InternalError) -> None:
+        self._post(lambda: self._deliver(lane, error))
 
-    def _deliver(self, lane: Lane, event: Event | Fault) -> None:
+    def _deliver(self, lane: Lane, event: Event | InternalError) -> None:
         job = self.jobs.get((lane, event.job))
         if self._is_closed:
             return
         if job is None:
-            if isinstance(event, Fault):
+            if isinstance(event, InternalError):
                 _report(tr("Background work"), event)
             return
-        if isinstance(event, Fault):
+        if isinstance(event, InternalError):
             # The result of the job is reported before its defects.
-            job.faults.append(event)
+            job.internal_errors.append(event)
             return
         if isinstance(event, Stage):
             job.stage, job.total, job.done = event.name, event.total, 0
@@ -187,8 +187,8 @@ class Jobs:
             else:
                 job.outcome = "stopped" if event.cancelled else "failed"
                 job.on_failed(event)
-            for fault in job.faults:
-                _report(job.title, fault)
+            for error in job.internal_errors:
+                _report(job.title, error)
         self.changed.emit()
 
     def finish(self, lane: Lane, timeout_s: float) -> None:
@@ -211,5 +211,5 @@ class Jobs:
                 steps.callback(worker.close)
 
 
-def _report(title: str, fault: Fault) -> None:
-    ERRORS.report_finding(Finding("job.internal-error", job=title, error=fault.cause), fault.cause)
+def _report(title: str, error: InternalError) -> None:
+    ERRORS.report_finding(Finding("job.internal-error", job=title, error=error.cause), error.cause)

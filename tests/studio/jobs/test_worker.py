@@ -292,8 +292,8 @@ def test_closed_supervisor_accepts_no_jobs_and_starts_no_process(worker):
 
 
 def test_released_worker_ends_without_error_and_the_next_job_starts_another(worker):
-    faults: list = []
-    worker._on_fault = faults.append
+    internal_errors: list = []
+    worker._on_internal_error = internal_errors.append
     busy = Listener()
     worker.submit(COUNT, To(3), busy)
     process = worker._process
@@ -306,7 +306,7 @@ def test_released_worker_ends_without_error_and_the_next_job_starts_another(work
     worker.submit(COUNT, To(2), again)
     assert isinstance(again.end(), Done)
     assert worker._process is not process
-    assert not faults
+    assert not internal_errors
 
 
 def test_closing_ends_the_process_and_emits_no_more_events(worker):

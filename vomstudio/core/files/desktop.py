@@ -59,8 +59,8 @@ def install() -> list[Path]:
             raise TargetError(
                 Finding("output.unwritable", reason=error.strerror), file=path.parent
             ) from error
-        with atomic_write(path, force=True) as part:
-            part.write_text(text, encoding="utf-8")
+        with atomic_write(path, force=True) as temporary_path:
+            temporary_path.write_text(text, encoding="utf-8")
     _refresh_indexes()
     return list(contents)
 

@@ -34,7 +34,7 @@ DEFAULT_MIN_LENGTH_RESOLUTIONS = 20.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Proposal(PrintableResult):
+class TraceProposal(PrintableResult):
     """Proposed line that may be a contact.
 
     Parameters
@@ -71,7 +71,7 @@ class ProposedTraces(PrintableResult):
 
     Parameters
     ----------
-    proposals : tuple of Proposal
+    proposals : tuple of TraceProposal
         Proposals in order of increasing doubt.
     cost : str
         Name of the cost from which the evidence was computed.
@@ -82,7 +82,7 @@ class ProposedTraces(PrintableResult):
     warnings : tuple of Finding
     """
 
-    proposals: tuple[Proposal, ...]
+    proposals: tuple[TraceProposal, ...]
     cost: str
     least_length_m: float
     surrogates: int
@@ -164,7 +164,7 @@ def propose_traces(
         if plane is not None:
             plane = {**plane, "id": number}
         proposals.append(
-            Proposal(
+            TraceProposal(
                 number,
                 points,
                 line.length,

@@ -257,5 +257,5 @@ def loaded_pieces(cloud: PointCloud) -> Iterator[tuple[int, FloatArray]]:
     if not isinstance(cloud, StreamedCloud):
         yield 0, cloud.points
         return
-    for row, piece in cloud.store.loaded().items():
+    for row, piece in cloud.store.loaded_nodes().items():
         yield int(cloud.store.starts[row]), piece.points

@@ -26,7 +26,7 @@ MAX_MAP_DIP_DEG = 80.0
 """Maximum dip for projecting map positions vertically onto a plane; steeper planes are edge-on."""
 
 MAX_STRIKE_DIP_DEG = 45.0
-"""Dip below which angles of traces are strikes; on steeper planes, they are counted from up dip."""
+"""Dip below which trace angles are strikes; on steeper planes, they start at up dip."""
 
 MIN_RELATIVE_WIDTH = 1e-6
 LINE_TYPES = (1, 2, 5)

@@ -231,7 +231,7 @@ class NodeStore(CloudNodes):
             self.spacing[order][np.searchsorted(cumulative_counts, self.point_count / 2.0)]
         )
 
-    def loaded(self) -> dict[int, PointCloud]:
+    def loaded_nodes(self) -> dict[int, PointCloud]:
         """Return the loaded nodes, keyed by row."""
         with self._lock:
             return dict(self._loaded)
@@ -241,7 +241,7 @@ class NodeStore(CloudNodes):
             self._loaded[row] = cloud
 
     def fetch(self, rows: Sequence[int]) -> list[NodePoints]:
-        loaded_nodes = self.loaded()
+        loaded_nodes = self.loaded_nodes()
         missing_rows = [row for row in rows if row not in loaded_nodes]
         if missing_rows:
             clouds = split_cloud(self._read(missing_rows), self.counts[missing_rows].tolist())
@@ -299,7 +299,7 @@ class NodeStore(CloudNodes):
         self, low: FloatArray, high: FloatArray
     ) -> list[tuple[int, PointCloud]]:
         """Return the loaded nodes whose cubes touch a box."""
-        loaded_nodes = self.loaded()
+        loaded_nodes = self.loaded_nodes()
         rows = np.fromiter(loaded_nodes, np.int64, len(loaded_nodes))
         cubes = self.bounds[rows]
         is_touching = ((cubes[:, 0] <= high) & (cubes[:, 1] >= low)).all(axis=1)

@@ -67,7 +67,7 @@ class StreamedSurface(CloudSurface):
     def _nearest(self, point: FloatArray, count: int) -> FloatArray:
         point = np.asarray(point, np.float64)
         best_distances, best_positions = np.full(count, np.inf), np.zeros((count, 3))
-        loaded_nodes = self._store.loaded()
+        loaded_nodes = self._store.loaded_nodes()
         rows = np.fromiter(loaded_nodes, np.int64, len(loaded_nodes))
         low, high = self._store.bounds[rows, 0], self._store.bounds[rows, 1]
         box_distances = np.linalg.norm(

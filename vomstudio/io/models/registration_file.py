@@ -375,9 +375,9 @@ def _invalid_covariance_reason(rows: Sequence[Sequence[float]]) -> str | None:
         return tr("the covariance is larger than any error")
     # Normalised by the errors because radians and metres differ by orders of magnitude.
     sigma = np.sqrt(np.abs(np.diag(covariance)))
-    units = np.where(sigma > 0, sigma, 1.0)
+    scales = np.where(sigma > 0, sigma, 1.0)
     with np.errstate(all="ignore"):
-        correlation = covariance / np.outer(units, units)
+        correlation = covariance / np.outer(scales, scales)
     is_bounded = bool((np.abs(correlation) <= 1.0 + MAX_RELATIVE_DEVIATION).all())
     is_symmetric = is_bounded and np.allclose(
         correlation, correlation.T, atol=MAX_RELATIVE_DEVIATION

@@ -1,1 +1,1 @@
-"""Photos: metadata, pixels, masks and cameras."""
+"""Photos: names, metadata, pixels, masks and cameras."""

@@ -1,1 +1,1 @@
-"""Registration of an aligned scene by GPS, control points and markers."""
+"""Registration of an aligned scene by GPS, control points and markers, and its lens errors."""

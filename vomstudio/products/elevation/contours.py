@@ -76,7 +76,7 @@ def contour_lines(
     ]
 
 
-def write_contours(part: Path, lines: list[tuple[float, FloatArray]], crs: str | None) -> None:
+def write_contours(path: Path, lines: list[tuple[float, FloatArray]], crs: str | None) -> None:
     """Write a GeoPackage with the layer `contours`, which contains lines with heights.
 
     Raises
@@ -89,4 +89,4 @@ def write_contours(part: Path, lines: list[tuple[float, FloatArray]], crs: str |
     for k, (_, line) in enumerate(lines):
         geometry[k] = shapely.linestrings(line)
     heights = np.array([level for level, _ in lines], np.float64)
-    write_layer(part, "contours", "LineString", geometry, {"height_m": heights}, crs)
+    write_layer(path, "contours", "LineString", geometry, {"height_m": heights}, crs)

@@ -87,7 +87,7 @@ class MeshHeights:
     """Source of depths of a mesh; NaN outside the surface."""
 
     def __init__(self, view: FloatArray, faces: Int32Array, grid: Grid) -> None:
-        """Assign the faces to tiles; `view` (n, 3) contains the vertices in the axes of the frame."""
+        """Assign faces to tiles; `view` (n, 3) contains the vertices in the axes of the frame."""
         from vomstudio.products.ortho._mesh_kernels import bin_faces
 
         self._view = np.ascontiguousarray(view)

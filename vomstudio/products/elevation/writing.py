@@ -179,23 +179,23 @@ def write_elevation(
             f"{figures.dip_deg:.4f} deg",
         },
     )
-    with atomic_group(list(targets.values()), force) as parts:
-        part_by_target = dict(zip(targets, parts, strict=True))
-        _write(part_by_target["raster"], base, heights, targets["raster"])
-        if "slope" in part_by_target or "aspect" in part_by_target:
+    with atomic_group(list(targets.values()), force) as temporary_paths:
+        path_by_target = dict(zip(targets, temporary_paths, strict=True))
+        _write(path_by_target["raster"], base, heights, targets["raster"])
+        if "slope" in path_by_target or "aspect" in path_by_target:
             dip, direction = compute_dips(heights, plan.grid.gsd, plan.frame)
             for name, values in (("slope", dip), ("aspect", direction)):
-                if name in part_by_target:
-                    _write(part_by_target[name], base, values, targets[name])
-        if "hillshade" in part_by_target:
+                if name in path_by_target:
+                    _write(path_by_target[name], base, values, targets[name])
+        if "hillshade" in path_by_target:
             shade = hillshade(heights, plan.grid.gsd)
             _write(
-                part_by_target["hillshade"], replace(base, kind="grey"), shade, targets["hillshade"]
+                path_by_target["hillshade"], replace(base, kind="grey"), shade, targets["hillshade"]
             )
         if lines is not None:
-            part_by_target["contours"].unlink()
-            write_contours(part_by_target["contours"], lines, crs)
-        part_by_target["sidecar"].write_text(
+            path_by_target["contours"].unlink()
+            write_contours(path_by_target["contours"], lines, crs)
+        path_by_target["sidecar"].write_text(
             json.dumps(
                 metadata | {"warnings": to_json_list(warnings)}, indent=1, ensure_ascii=False
             )
@@ -225,9 +225,9 @@ def _sidecar_metadata(
     }
 
 
-def _write(part: Path, raster: Raster, values: AnyArray, display_path: Path) -> None:
+def _write(path: Path, raster: Raster, values: AnyArray, display_path: Path) -> None:
     with contextlib.ExitStack() as files:
-        file = files.enter_context(open_geotiff(part, raster, display_path))
+        file = files.enter_context(open_geotiff(path, raster, display_path))
         for row in range(0, values.shape[0], TILE):
             for column in range(0, values.shape[1], TILE):
                 write_tile(file, column, row, values[row : row + TILE, column : column + TILE])

@@ -94,7 +94,7 @@ def is_straight_down(plan: OrthophotoPlan) -> bool:
 
 
 def write_drawings(
-    parts: Mapping[str, Path],
+    paths: Mapping[str, Path],
     drawing: Drawing,
     crs: str | None,
     picture: str,
@@ -104,7 +104,7 @@ def write_drawings(
 
     Parameters
     ----------
-    parts : mapping of str to Path
+    paths : mapping of str to Path
         Files by format.
     drawing : Drawing
     crs : str or None
@@ -120,10 +120,10 @@ def write_drawings(
     """
     mark = picture_comment(picture)
     placed_drawing = drawing if rotation is None else _transform_drawing(drawing, rotation)
-    write_gpkg(parts["gpkg"], placed_drawing, crs, mark)
+    write_gpkg(paths["gpkg"], placed_drawing, crs, mark)
     text = svg_text(drawing).replace("<g", f"<desc>{mark}</desc>\n<g", 1)
-    parts["svg"].write_text(text, "utf-8")
-    write_dxf(parts["dxf"], placed_drawing, mark)
+    paths["svg"].write_text(text, "utf-8")
+    write_dxf(paths["dxf"], placed_drawing, mark)
 
 
 def raster_rotation(plan: OrthophotoPlan) -> FloatArray | None:

@@ -38,7 +38,7 @@ class MeshSource:
     """
 
     def __init__(self, mesh: Mesh, view: FloatArray, grid: Grid) -> None:
-        """Assign the faces to tiles; `view` (n, 3) contains the vertices from `ViewFrame.to_view`."""
+        """Assign faces to tiles; `view` (n, 3) contains vertices from `ViewFrame.to_view`."""
         from vomstudio.products.ortho._mesh_kernels import bin_faces
 
         self._mesh = mesh

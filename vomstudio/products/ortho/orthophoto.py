@@ -185,9 +185,9 @@ def write_orthophoto(
             drawing = replace(drawing, picture=reduced_picture.reduced_picture())
         if drawings:
             progress.stage(tr("Writing the drawing"))
-            parts = {format_: paths[target] for format_, target in drawings.items()}
+            drawing_paths = {format_: paths[target] for format_, target in drawings.items()}
             write_drawings(
-                parts, drawing, picture_crs, metadata["picture_id"], raster_rotation(plan)
+                drawing_paths, drawing, picture_crs, metadata["picture_id"], raster_rotation(plan)
             )
             metadata["drawn"] = len(drawing.shapes)
         metadata["warnings"] = to_json_list(warnings)

@@ -624,7 +624,7 @@ def _encode_png(picture: ByteArray) -> str:
     return base64.b64encode(file.getvalue()).decode("ascii")
 
 
-def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
+def write_dxf(path: Path, drawing: Drawing, comment: str = "") -> None:
     """Write a DXF file with one layer per layer of the drawing.
 
     Coordinates are to the right and up. The unit is stated if it is the metre, and column values
@@ -646,7 +646,7 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
         for layer_name in (layer, symbol_layers.get(layer, layer))
     }
     bounds = np.column_stack([drawing.bounds, np.zeros(2)])
-    with open(part, "w", encoding="ascii", newline="\r\n") as file:
+    with open(path, "w", encoding="ascii", newline="\r\n") as file:
         title = comment or " - ".join(drawing.ends)
         out = dxf.DxfWriter(file, colors, bounds, title, is_metric=drawing.is_metric)
         for shape in drawing.shapes:
@@ -692,7 +692,7 @@ def _place_texts(drawing: Drawing, scale: float) -> list[tuple[DrawingShape, Flo
     return positions
 
 
-def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described_text: str) -> None:
+def write_gpkg(path: Path, drawing: Drawing, crs: str | None, described_text: str) -> None:
     """Write a GeoPackage with one table per layer, and one for the map symbols of a layer.
 
     `described_text` is the description of every layer.
@@ -703,7 +703,7 @@ def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described_text: st
     """
     import shapely
 
-    part.unlink(missing_ok=True)
+    path.unlink(missing_ok=True)
     is_appending = False
     for layer in drawing.layers:
         shapes = [shape for shape in drawing.shapes if shape.layer == layer]
@@ -725,7 +725,7 @@ def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described_text: st
             else:
                 columns[name] = np.array([value or "" for value in values], object)
         write_layer(
-            part,
+            path,
             layer,
             kind,
             geometry,
@@ -751,7 +751,7 @@ def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described_text: st
             "label": np.array([shape.label for shape in shapes_with_symbols], object),
         }
         write_layer(
-            part,
+            path,
             layer + SYMBOL_SUFFIX,
             "MultiLineString",
             symbols,

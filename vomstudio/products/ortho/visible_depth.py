@@ -81,7 +81,7 @@ def _cloud_depths(
     return depths
 
 
-def _interpolate(depth: FloatArray, position: FloatArray, limit: float) -> FloatArray:
+def _interpolate(depth: FloatArray, position: FloatArray, max_step: float) -> FloatArray:
     """Interpolate depths between pixel centres on the same surface as the pixel itself."""
     height, width = depth.shape
     last_pixel = np.array([width - 1, height - 1])
@@ -97,7 +97,7 @@ def _interpolate(depth: FloatArray, position: FloatArray, limit: float) -> Float
             corner_weight = (fraction[:, 0] if dx else 1 - fraction[:, 0]) * (
                 fraction[:, 1] if dy else 1 - fraction[:, 1]
             )
-            is_same_surface = np.abs(value - pixel_depth) <= limit
+            is_same_surface = np.abs(value - pixel_depth) <= max_step
             weighted_sum += np.where(is_same_surface, corner_weight * value, 0.0)
             weight += np.where(is_same_surface, corner_weight, 0.0)
     return np.where(weight > 0, weighted_sum / np.where(weight > 0, weight, 1.0), pixel_depth)

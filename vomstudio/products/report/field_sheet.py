@@ -89,7 +89,7 @@ def draw_field_sheet(plan: SurveyPlan, *, has_only_drawings: bool = False) -> Fi
         # Printers leave a margin of about 5 mm.
         _draw(figure.add_axes((0.11, low, 0.85, total_height)), plan, is_plan_view=is_above)
     if not has_only_drawings:
-        _text(figure, tr(TITLE), 0.965, 15.0, weight="bold")
+        _add_text(figure, tr(TITLE), 0.965, 15.0, weight="bold")
         for i, (name, value) in enumerate(figures(plan)):
             x, y = 0.07 + 0.46 * (i % 2), 0.935 - 0.0195 * (i // 2)
             figure.text(x, y, name, fontsize=9.0, color="#606060", va="top")
@@ -292,7 +292,7 @@ def _html(plan: SurveyPlan) -> str:
         for name, value in figures(plan)
     )
     reminders = "".join(f"<li>{html.escape(line.lstrip('-! '))}</li>" for line in _reminders(plan))
-    positions = _rows(
+    positions = _html_table(
         (
             tr("photo"),
             tr("kind"),
@@ -315,7 +315,7 @@ def _html(plan: SurveyPlan) -> str:
             for position in plan.positions
         ],
     )
-    points = _rows(
+    points = _html_table(
         (tr("point"), tr("use"), tr("along m"), tr("up m")),
         [
             (
@@ -339,13 +339,13 @@ def _html(plan: SurveyPlan) -> str:
     )
 
 
-def _rows(headings: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+def _html_table(headings: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     heading = "".join(f"<th>{heading}</th>" for heading in headings)
     body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table><tr>{heading}</tr>{body}</table>"
 
 
-def _text(figure: Figure, text: str, y: float, size: float, **options: Any) -> None:
+def _add_text(figure: Figure, text: str, y: float, size: float, **options: Any) -> None:
     figure.text(0.07, y, text, fontsize=size, color=INK, va="top", **options)
 
 

@@ -377,9 +377,9 @@ def write_traces(
 
     from vomstudio.io.gis.layer_writing import write_layer
 
-    with atomic_group([Path(path)], force) as parts:
+    with atomic_group([Path(path)], force) as temporary_paths:
         write_layer(
-            parts[0],
+            temporary_paths[0],
             LAYER_NAME,
             "LineString Z",
             np.array([shapely.LineString(trace.points) for trace in extended_plane.traces]),

@@ -114,25 +114,25 @@ def write_map(
         )
 
     files = map_outputs(traces, sampling_region)
-    with atomic_group(list(files.values()), force) as parts:
-        part_by_target = dict(zip(files, parts, strict=True))
+    with atomic_group(list(files.values()), force) as temporary_paths:
+        path_by_target = dict(zip(files, temporary_paths, strict=True))
         columns = {"name": _text_array(names), "set": _text_array(sets)}
         shapes = _geometry_array([shapely.linestrings(line) for line in lines])
-        _write(part_by_target["traces"], "traces", "LineString Z", shapes, columns, crs)
-        if "area" in part_by_target:
+        _write(path_by_target["traces"], "traces", "LineString Z", shapes, columns, crs)
+        if "area" in path_by_target:
             area = to_world(_geometry_array(list(shapely.get_parts(sampling_region.area))))
-            _write(part_by_target["area"], "area", "Polygon Z", area, {}, crs)
-        if "scanline" in part_by_target:
+            _write(path_by_target["area"], "area", "Polygon Z", area, {}, crs)
+        if "scanline" in path_by_target:
             scanlines = to_world(sampling_region.scanlines)
-            _write(part_by_target["scanline"], "scanline", "LineString Z", scanlines, {}, crs)
+            _write(path_by_target["scanline"], "scanline", "LineString Z", scanlines, {}, crs)
     return files
 
 
 def _write(
-    part: Path, layer: str, kind: str, shapes: Any, columns: dict[str, Any], crs: str
+    path: Path, layer: str, kind: str, shapes: Any, columns: dict[str, Any], crs: str
 ) -> None:
-    part.unlink(missing_ok=True)
-    write_layer(part, layer, kind, shapes, columns, crs)
+    path.unlink(missing_ok=True)
+    write_layer(path, layer, kind, shapes, columns, crs)
 
 
 def _geometry_array(shapes: Sequence[Any]) -> Any:

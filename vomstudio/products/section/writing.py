@@ -305,13 +305,13 @@ def write_section(
     """
     suffix = format_from_path(path)
     targets = section_targets(path, bool(items))
-    with atomic_group(targets, force) as parts:
+    with atomic_group(targets, force) as temporary_paths:
         if suffix == ".csv":
             axes = Axes(is_metric, is_north_known)
             header = _header(curtain, crs, model, figures, axes)
-            parts[0].write_text(header + _lines_table(section_cut, axes), "utf-8")
+            temporary_paths[0].write_text(header + _lines_table(section_cut, axes), "utf-8")
             if items:
-                parts[1].write_text(header + _features_table(items, axes), "utf-8")
+                temporary_paths[1].write_text(header + _features_table(items, axes), "utf-8")
         else:
             drawing = section_drawing(
                 section_cut,
@@ -323,9 +323,9 @@ def write_section(
                 figures=figures,
             )
             if suffix == ".svg":
-                parts[0].write_text(svg_text(drawing), "utf-8")
+                temporary_paths[0].write_text(svg_text(drawing), "utf-8")
             else:
-                write_dxf(parts[0], drawing)
+                write_dxf(temporary_paths[0], drawing)
     features_file = str(targets[1]) if len(targets) > 1 else None
     return WrittenSection(str(path), figures, features_file, warnings)
 

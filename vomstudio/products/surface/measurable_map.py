@@ -332,7 +332,10 @@ def write_raster(
             f"{format_plain_azimuth(view.dip_direction_deg)} dip {view.dip_deg:.4f} deg",
         },
     )
-    with atomic_group([Path(path)], force) as parts, open_geotiff(parts[0], raster, path) as out:
+    with (
+        atomic_group([Path(path)], force) as temporary_paths,
+        open_geotiff(temporary_paths[0], raster, path) as out,
+    ):
         for row in range(0, values.shape[0], TILE):
             for column in range(0, values.shape[1], TILE):
                 write_tile(out, column, row, values[row : row + TILE, column : column + TILE])

@@ -99,7 +99,10 @@ def write_deviations(
             f"{plan.plane.dip_deg:.4f} deg; deviations from it in {axes.unit}",
         },
     )
-    with atomic_group([Path(path)], force) as parts, open_geotiff(parts[0], raster, path) as out:
+    with (
+        atomic_group([Path(path)], force) as temporary_paths,
+        open_geotiff(temporary_paths[0], raster, path) as out,
+    ):
         values = figures.deviations.astype(np.float32)
         for row in range(0, values.shape[0], TILE):
             for column in range(0, values.shape[1], TILE):

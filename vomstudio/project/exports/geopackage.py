@@ -59,11 +59,11 @@ def write_layers(
     crs = world_crs(table.crs, table.unit_m) or table.axes.wkt
     styles = [layer_style(layer, records) for layer in layers]
     paths = [out, out.with_suffix(".qgs")] if writes_map else [out]
-    with atomic_group(paths, force=force) as parts:
+    with atomic_group(paths, force=force) as temporary_paths:
         is_appending = False
         for layer in layers:
             write_layer(
-                parts[0],
+                temporary_paths[0],
                 layer.name,
                 _TYPES[layer.kind],
                 _geometry(layer),
@@ -73,7 +73,7 @@ def write_layers(
                 append=is_appending,
             )
             is_appending = True
-        _add_styles(parts[0], [layer.name for layer in layers], styles)
+        _add_styles(temporary_paths[0], [layer.name for layer in layers], styles)
         if writes_map:
             map_layers = [
                 MapLayer(layer.name, style, _extent(layer))
@@ -82,13 +82,13 @@ def write_layers(
             ]
             geometry_order = ("point", "line", "ring")
             map_layers.sort(key=lambda map_layer: geometry_order.index(map_layer.style.geometry))
-            parts[1].write_text(
+            temporary_paths[1].write_text(
                 replace_surrogates(qgs(out.stem, out.name, map_layers, crs)), encoding="utf-8"
             )
     return paths
 
 
-def _add_styles(part: Path, names: Sequence[str], styles: Sequence[Style]) -> None:
+def _add_styles(path: Path, names: Sequence[str], styles: Sequence[Style]) -> None:
     """Write the table from which QGIS reads the styles of layers that are added to a map.
 
     Raises TargetError.
@@ -110,7 +110,7 @@ def _add_styles(part: Path, names: Sequence[str], styles: Sequence[Style]) -> No
         for name, style in zip(names, styles, strict=True)
     ]
     try:
-        with closing(sqlite3.connect(part)) as file, file:
+        with closing(sqlite3.connect(path)) as file, file:
             file.execute(_STYLES)
             file.execute(
                 "INSERT INTO gpkg_contents (table_name, data_type, identifier, description) "
@@ -123,7 +123,7 @@ def _add_styles(part: Path, names: Sequence[str], styles: Sequence[Style]) -> No
                 rows,
             )
     except sqlite3.Error as error:
-        raise TargetError(Finding("output.unwritable", reason=error), file=part) from error
+        raise TargetError(Finding("output.unwritable", reason=error), file=path) from error
 
 
 def _extent(layer: Layer) -> tuple[float, float, float, float]:

@@ -83,7 +83,7 @@ class Replay:
     ----------
     done, undone : list of tuple of int and Edit
         Stacks of row numbers and edits, newest last.
-    saved, saved_top
+    saved_records, saved_top
         Records at the last save, and the row that was on top of `done` then (0 if there was none).
     settings : dict
         Settings stored with the newest edit.
@@ -94,7 +94,7 @@ class Replay:
     records: dict[str, Record] = field(default_factory=dict)
     done: list[tuple[int, Edit]] = field(default_factory=list)
     undone: list[tuple[int, Edit]] = field(default_factory=list)
-    saved: dict[str, Record] = field(default_factory=dict)
+    saved_records: dict[str, Record] = field(default_factory=dict)
     saved_top: int = 0
     draft: Draft | None = None
     settings: PlainValues = field(default_factory=dict)
@@ -160,7 +160,7 @@ def _apply_row(result: Replay, row: JournalRow) -> None:
             edit.swap(result.records, strict=False)
             result.done.append((seq, edit))
     elif row.kind == "save":
-        result.saved = dict(result.records)
+        result.saved_records = dict(result.records)
         result.saved_top = result.top
     elif row.kind == "draft":
         if row.after is not None and not isinstance(row.after, Mapping):

@@ -207,8 +207,8 @@ def _linearise(
     size = max(float(np.sqrt(((positions - centre) ** 2).sum(axis=1).mean())), 1e-9)
     if previous is not None:
         size = previous.size
-    units = np.array([1.0, 1.0, 1.0, 1.0, size, size, size])
-    full_jacobian = jacobians(positions - centre) * units
+    column_scales = np.array([1.0, 1.0, 1.0, 1.0, size, size, size])
+    full_jacobian = jacobians(positions - centre) * column_scales
     if not include_scale:
         full_jacobian[:, :, 3] = 0.0
     design = np.einsum("nx,nxk->nk", normal, full_jacobian)

@@ -73,10 +73,14 @@ def jackknife_error(refinement: Refinement, radius: float) -> JackknifeError:
     count = int(block_indices.max()) + 1
     covariance = _covariance(refinement, block_indices)
     # Linear functions of the parameters that do not depend on the undetermined directions.
-    units = np.array([1.0, 1.0, 1.0, 1.0, refinement.size, refinement.size, refinement.size])
+    column_scales = np.array(
+        [1.0, 1.0, 1.0, 1.0, refinement.size, refinement.size, refinement.size]
+    )
     functionals = refinement.determined_axes.T @ refinement.information
     root = np.linalg.cholesky(covariance + _MIN_ERROR**2 * functionals @ functionals.T)
-    return JackknifeError(np.linalg.solve(root, functionals / units), count, extent, is_correlated)
+    return JackknifeError(
+        np.linalg.solve(root, functionals / column_scales), count, extent, is_correlated
+    )
 
 
 def cut_into_blocks(positions: FloatArray, target: int, min_side: float) -> tuple[IntArray, float]:

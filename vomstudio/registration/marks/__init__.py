@@ -1,1 +1,1 @@
-"""Marks of points in photos: contradictory marks, and unknown labels or photos."""
+"""Checks of marks in photos: contradictory marks, unknown labels or photos."""

@@ -279,7 +279,7 @@ def make_scale(
 ) -> Scale:
     """Return the colour scale of a field; `check` is called regularly and may raise to stop."""
     count, field_numbers = reader(data, style.name, to_world)
-    lowest_number, highest, has_missing = math.inf, -math.inf, False
+    lowest_value, highest_value, has_missing = math.inf, -math.inf, False
     for part in _pieces(count):
         check()
         values = field_numbers(part)
@@ -288,13 +288,13 @@ def make_scale(
             has_missing |= not is_finite.all()
             values = values[is_finite]
         if len(values):
-            lowest_number = min(lowest_number, float(values.min()))
-            highest = max(highest, float(values.max()))
+            lowest_value = min(lowest_value, float(values.min()))
+            highest_value = max(highest_value, float(values.max()))
     title, unit = field_title(style.name), field_unit(style.name)
-    if lowest_number > highest:
+    if lowest_value > highest_value:
         table = np.array([MISSING_COLOR], np.uint8)
         return Scale(title, unit, "sequential", 0.0, 0.0, table, missing=True)
-    codes = _codes(data, style.name, lowest_number, highest, check)
+    codes = _codes(data, style.name, lowest_value, highest_value, check)
     if codes is not None:
         categories = tuple(_categories(style.name, codes))
         table = np.array([c.rgb for c in categories], np.uint8)
@@ -310,11 +310,13 @@ def make_scale(
             False,
             has_missing,
         )
-    kind = _kind(style.name, lowest_number, highest)
+    kind = _kind(style.name, lowest_value, highest_value)
     rows = np.unique(np.linspace(0, count - 1, min(count, MAX_SAMPLE_VALUES)).astype(np.int64))
     sample = np.asarray(field_numbers(rows), np.float64)
     sample = sample[np.isfinite(sample)]
-    low, high = _range(kind, style, sample if len(sample) else np.array([lowest_number, highest]))
+    low, high = _range(
+        kind, style, sample if len(sample) else np.array([lowest_value, highest_value])
+    )
     palette = style.palette or PALETTES[kind][0]
     if kind == "cyclic":
         return Scale(title, unit, kind, low, high, colormap_table(palette), missing=has_missing)
@@ -325,23 +327,23 @@ def make_scale(
         low,
         high,
         colormap_table(palette),
-        has_lower_values=lowest_number < low,
-        has_higher_values=highest > high,
+        has_lower_values=lowest_value < low,
+        has_higher_values=highest_value > high,
         missing=has_missing,
     )
 
 
-def _kind(name: str, lowest_number: float, highest_value: float) -> PaletteKind:
+def _kind(name: str, lowest_value: float, highest_value: float) -> PaletteKind:
     plain_name = _plain_name(name)
     if (
         any(word in plain_name for word in AZIMUTH_NAMES)
-        and lowest_number >= -180.0
+        and lowest_value >= -180.0
         and highest_value <= 360.0
     ):
         return "cyclic"
     if name == ELEVATION or plain_name in ("x", "y", "z"):
         return "sequential"
-    is_signed = lowest_number < 0.0 < highest_value or name in SIGNED_NAMES
+    is_signed = lowest_value < 0.0 < highest_value or name in SIGNED_NAMES
     return "diverging" if is_signed else "sequential"
 
 
@@ -366,7 +368,7 @@ def _range(kind: PaletteKind, style: FieldStyle, sample: FloatArray) -> tuple[fl
 def _codes(
     data: Mesh | PointCloud,
     name: str,
-    lowest_number: float,
+    lowest_value: float,
     highest_value: float,
     check: Callable[[], None],
 ) -> IntArray | None:
@@ -380,7 +382,7 @@ def _codes(
     )
     if values.dtype.kind == "f" and not is_named:
         return None
-    if not 0.0 <= lowest_number <= highest_value <= 65535.0:
+    if not 0.0 <= lowest_value <= highest_value <= 65535.0:
         return None
     is_present = np.zeros(int(highest_value) + 1, np.bool_)
     for part in _pieces(len(values)):

@@ -59,7 +59,7 @@ class Failed:
 
 
 @dataclass(frozen=True)
-class Fault:
+class InternalError:
     """Defect of the program; its traceback is in the log.
 
     The job additionally ends with its own event.
@@ -77,19 +77,21 @@ class Fault:
 
 
 Event = Stage | Step | Done | Failed
-_KINDS: dict[str, type[Any]] = {cls.__name__: cls for cls in (Stage, Step, Done, Failed, Fault)}
+_KINDS: dict[str, type[Any]] = {
+    cls.__name__: cls for cls in (Stage, Step, Done, Failed, InternalError)
+}
 
 
-def to_line(event: Event | Fault) -> str:
+def to_line(event: Event | InternalError) -> str:
     """Convert an event to a line of JSON, including the line break."""
     return json.dumps({"event": type(event).__name__, **asdict(event)}, allow_nan=False) + "\n"
 
 
-def from_line(line: str) -> Event | Fault:
+def from_line(line: str) -> Event | InternalError:
     """Parse a line of JSON. Raises ValueError if it is not an event."""
     try:
         values = json.loads(line)
-        event: Event | Fault = _KINDS[values.pop("event")](**values)
+        event: Event | InternalError = _KINDS[values.pop("event")](**values)
     except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"not an event: {line[:80]!r}") from error
     return event

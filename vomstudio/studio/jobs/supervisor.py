@@ -21,7 +21,7 @@ from vomstudio.core.paths import import_folders
 from vomstudio.core.threads import start_thread, start_timer
 from vomstudio.core.words import tr
 from vomstudio.studio.jobs import serialisation
-from vomstudio.studio.jobs.events import Done, Event, Failed, Fault, from_line
+from vomstudio.studio.jobs.events import Done, Event, Failed, InternalError, from_line
 from vomstudio.studio.jobs.job import Job, Request, Result
 from vomstudio.studio.jobs.worker_exits import StderrTail, exit_error, exit_text
 
@@ -40,15 +40,15 @@ class WorkerSupervisor:
     Done, with the result dataclass of the job, or Failed.
     """
 
-    def __init__(self, on_fault: Callable[[Fault], None] = lambda _: None) -> None:
+    def __init__(self, on_internal_error: Callable[[InternalError], None] = lambda _: None) -> None:
         """Create a supervisor, which starts a process when needed.
 
         Parameters
         ----------
-        on_fault : callable
+        on_internal_error : callable
             Receives each program defect in the child process, before the job concerned ends.
         """
-        self._on_fault = on_fault
+        self._on_internal_error = on_internal_error
         self._lock = threading.RLock()
         self._numbers = itertools.count(1)
         self._process: subprocess.Popen[str] | None = None
@@ -192,8 +192,8 @@ class WorkerSupervisor:
                 event = from_line(line)
             except ValueError:
                 continue
-            if isinstance(event, Fault):
-                self._on_fault(event)
+            if isinstance(event, InternalError):
+                self._on_internal_error(event)
             else:
                 self._deliver(event)
         process.wait()
@@ -230,17 +230,17 @@ class WorkerSupervisor:
         if not is_expected and not cancelled.intersection(lost_jobs):
             ending_text = exit_text(process.returncode)
             _log.error("the worker process %d ended (%s)", process.pid, ending_text)
-            self._on_fault(
-                Fault(
+            self._on_internal_error(
+                InternalError(
                     lost_jobs[0] if lost_jobs else 0,
                     tr("its process ended, {ending}", ending=ending_text),
                 )
             )
         for job in lost_jobs:
-            fault: VomError = Cancelled()
+            error: VomError = Cancelled()
             if job not in cancelled and (entry := self._jobs.get(job)):
-                fault = exit_error(process.returncode, stderr_text, *entry)
-            self._deliver(Failed(job, fault.to_dict(), fault.exit_code))
+                error = exit_error(process.returncode, stderr_text, *entry)
+            self._deliver(Failed(job, error.to_dict(), error.exit_code))
 
     def _kill(self, job: int) -> None:
         with self._lock:

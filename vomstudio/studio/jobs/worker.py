@@ -26,7 +26,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import CancelToken
 from vomstudio.core.threads import start_thread
 from vomstudio.core.words import tr
-from vomstudio.studio.jobs.events import Done, Event, Failed, Fault, Stage, Step, to_line
+from vomstudio.studio.jobs.events import Done, Event, Failed, InternalError, Stage, Step, to_line
 from vomstudio.studio.jobs.job import Job
 from vomstudio.studio.jobs.tasks import find_task
 from vomstudio.studio.jobs.worker_exits import out_of_memory_error
@@ -61,14 +61,14 @@ def main() -> int:
     os.dup2(2, 1)
     lock = threading.Lock()
 
-    def send(event: Event | Fault) -> None:
+    def send(event: Event | InternalError) -> None:
         with lock:
             out.write(to_line(event))
             out.flush()
 
     job = 0
     exception_hooks.install(crashes.WORKER)
-    ERRORS.listen(lambda failure: send(Fault(job, failure.what)))
+    ERRORS.listen(lambda failure: send(InternalError(job, failure.what)))
     jobs: queue.SimpleQueue[tuple[int, str, dict[str, Any], CancelToken]] = queue.SimpleQueue()
     start_thread(_listen, sys.stdin, jobs, name="commands")
     while True:
@@ -90,15 +90,15 @@ def main() -> int:
             return 0
         except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
             if task is not None and memory_limit.is_memory_error(error):
-                fault = out_of_memory_error(task)
-                send(Failed(job, fault.to_dict(), fault.exit_code))
+                job_error = out_of_memory_error(task)
+                send(Failed(job, job_error.to_dict(), job_error.exit_code))
                 continue
             traceback.print_exc(file=sys.stderr)
             ERRORS.report(error, tr("in the task {task}", task=name))
-            fault = WorkerError(
+            job_error = WorkerError(
                 Finding("job.failed", task=name, type=type(error).__name__, error=error)
             )
-            send(Failed(job, fault.to_dict(), fault.exit_code))
+            send(Failed(job, job_error.to_dict(), job_error.exit_code))
 
 
 def _listen(stdin: TextIO, jobs: queue.SimpleQueue[Any]) -> None:

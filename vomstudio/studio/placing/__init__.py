@@ -1,1 +1,1 @@
-"""Placement of models in the World frame by observations."""
+"""Placement of models in World by observations or a reference model, with its errors."""

@@ -61,7 +61,7 @@ class ModelCutting:
             model.registration,
         )
 
-        def done(cut_model: CutModel) -> None:
+        def handle_result(cut_model: CutModel) -> None:
             mask_file.unlink(missing_ok=True)
             if self._projects.project is not project:
                 return
@@ -74,7 +74,7 @@ class ModelCutting:
             CUT_MODEL,
             order,
             title=tr("Cutting out {name}", name=name),
-            on_done=done,
+            on_done=handle_result,
             on_failed=lambda event: self._handle_failure(mask_file, event),
         )
 

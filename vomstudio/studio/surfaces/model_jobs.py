@@ -81,11 +81,11 @@ class ModelWork:
         *,
         is_quiet: bool = False,
     ) -> None:
-        def done(result: Any) -> None:
+        def handle_result(result: Any) -> None:
             if self.running is running_job:
                 finished_callback(result)
 
-        def failed(event: Failed) -> None:
+        def handle_failure(event: Failed) -> None:
             if self.running is running_job:
                 self.running = None
                 was_stopped = event.cancelled
@@ -94,7 +94,12 @@ class ModelWork:
                 )
 
         running_job = self._jobs.submit(
-            job, order, title=title, on_done=done, on_failed=failed, is_quiet=is_quiet
+            job,
+            order,
+            title=title,
+            on_done=handle_result,
+            on_failed=handle_failure,
+            is_quiet=is_quiet,
         )
         self.running, self.findings = running_job, ()
         self.changed.emit()

@@ -61,7 +61,7 @@ class ProposedLine:
         Points in the World frame.
     measured : Measurement
     evidence, doubt : float
-        See `extraction.proposals.traces.Proposal`.
+        See `extraction.proposals.traces.TraceProposal`.
     """
 
     trace: Trace

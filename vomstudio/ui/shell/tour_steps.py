@@ -93,7 +93,7 @@ def steps(
 
         return is_under_mouse
 
-    def saved(_: object) -> bool:
+    def is_saved(_: object) -> bool:
         return not (studio.project.is_untitled or studio.session.dirty)
 
     orthophotos: list[str] = []
@@ -201,7 +201,7 @@ def steps(
             to_translate("Save the project (Ctrl+S). Unsaved work also survives a crash."),
             button("save"),
             no_state,
-            saved,
+            is_saved,
             result=lambda: tr("The project {name} has been saved.", name=studio.project.name),
         ),
     ]

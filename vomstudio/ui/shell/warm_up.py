@@ -40,12 +40,12 @@ def compile_kernels(studio: Studio) -> None:
 def _submit_job(
     studio: Studio,
     job: Job[NoArguments, NoArguments],
-    on_finished: Callable[[], object] = lambda: None,
+    completion_callback: Callable[[], object] = lambda: None,
 ) -> None:
     from vomstudio.studio.jobs.job import NoArguments
 
     def finish(_: NoArguments) -> None:
-        on_finished()
+        completion_callback()
 
     studio.jobs.submit(
         job,

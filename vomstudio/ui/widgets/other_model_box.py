@@ -188,7 +188,7 @@ class OtherModelBox(QWidget):
             self.browse.setEnabled(True)
             self.status_changed.emit(reason)
 
-        def failed(event: Failed) -> None:
+        def handle_failure(event: Failed) -> None:
             report_failure(str(Finding("job.stopped")) if event.cancelled else event.message)
 
         self._job = studio.jobs.submit(
@@ -196,7 +196,7 @@ class OtherModelBox(QWidget):
             ModelFile(path, studio.project.cache),
             title=tr("Opening {file}", file=path.name),
             on_done=self._background.guard(read),
-            on_failed=self._background.guard(failed),
+            on_failed=self._background.guard(handle_failure),
         )
 
     def _add(self, other_model: OtherModel) -> None:

@@ -103,8 +103,8 @@ def shorten_numbers(values: AnyArray) -> list[float]:
 
 
 @dataclass(frozen=True)
-class Images:
-    """Images of a mesh.
+class ImagePlan:
+    """Names and copies of the images of a mesh.
 
     `names` contains the name of each material's image in the file, or None. `copies` contains the
     source and target of each image to copy, excluding images that already exist with the same
@@ -115,7 +115,7 @@ class Images:
     copies: list[tuple[Path, Path]]
 
 
-def plan_images(mesh: Mesh, request: WriteRequest) -> Images:
+def plan_images(mesh: Mesh, request: WriteRequest) -> ImagePlan:
     """Plan the copies of a mesh's textures next to the file, with one file per image.
 
     An unrelated image with the same name is never replaced; in this case the copy is prefixed with
@@ -137,7 +137,7 @@ def plan_images(mesh: Mesh, request: WriteRequest) -> Images:
             if not _has_same_content(source, folder / name):
                 copies.append((source, folder / name))
         names.append(names_by_source[source])
-    return Images(names, copies)
+    return ImagePlan(names, copies)
 
 
 def _unused_name(source: Path, used_names: set[str], request: WriteRequest) -> str:
@@ -176,7 +176,7 @@ def image_bytes(path: Path) -> bytes:
         raise _copying_error(path, error) from error
 
 
-def copy_images(images: Images, temporary_paths: list[Path]) -> None:
+def copy_images(images: ImagePlan, temporary_paths: list[Path]) -> None:
     for (source, _), temporary in zip(images.copies, temporary_paths, strict=True):
         with _open_image(source) as file, open(temporary, "wb") as target:
             shutil.copyfileobj(file, target, 1 << 20)

@@ -14,7 +14,7 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import (
-    Images,
+    ImagePlan,
     copy_images,
     model_positions,
     plan_images,
@@ -38,7 +38,7 @@ def write(request: WriteRequest) -> list[Finding]:
     mesh = data if isinstance(data, Mesh) else None
     if mesh is None and data.normals is not None:  # type: ignore[union-attr]
         findings.append(Finding("model.normals-not-written"))
-    images = plan_images(mesh, request) if mesh else Images([], [])
+    images = plan_images(mesh, request) if mesh else ImagePlan([], [])
     sidecars = prj_sidecar(request, findings)
     library = request.path.with_suffix(".mtl") if mesh and mesh.materials else None
     paths = [
@@ -70,7 +70,7 @@ def _material_names(mesh: Mesh) -> list[str]:
     return result
 
 
-def _write_library(path: Path, mesh: Mesh, names: list[str], images: Images) -> None:
+def _write_library(path: Path, mesh: Mesh, names: list[str], images: ImagePlan) -> None:
     with open(path, "w", encoding="utf-8", newline="\n") as file:
         for name, material, image in zip(names, mesh.materials, images.names, strict=True):
             file.write(f"newmtl {name}\n")

@@ -14,7 +14,7 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import (
-    Images,
+    ImagePlan,
     copy_images,
     field_names,
     model_positions,
@@ -50,7 +50,7 @@ def write(request: WriteRequest) -> list[Finding]:
     findings: list[Finding] = []
     data = request.data
     mesh = data if isinstance(data, Mesh) else None
-    images = plan_images(mesh, request) if mesh else Images([], [])
+    images = plan_images(mesh, request) if mesh else ImagePlan([], [])
     if mesh is not None and any(material.texture is None for material in mesh.materials):
         untextured_names = [
             material.name or "untextured" for material in mesh.materials if material.texture is None
@@ -110,7 +110,7 @@ def _convert_to_storable(values: AnyArray, name: str, findings: list[Finding]) -
 
 
 def _header(
-    request: WriteRequest, columns: list[tuple[str, AnyArray]], mesh: Mesh | None, images: Images
+    request: WriteRequest, columns: list[tuple[str, AnyArray]], mesh: Mesh | None, images: ImagePlan
 ) -> bytes:
     lines = [
         "ply",
@@ -132,7 +132,7 @@ def _header(
     return ("\n".join([*lines, "end_header"]) + "\n").encode()
 
 
-def _image_files(images: Images) -> list[str]:
+def _image_files(images: ImagePlan) -> list[str]:
     return list(dict.fromkeys(name for name in images.names if name is not None))
 
 

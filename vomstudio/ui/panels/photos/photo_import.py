@@ -94,7 +94,7 @@ class PhotoImport:
             names=tuple(row.name for row in rows),
         )
 
-        def done(sidecars: SidecarData) -> None:
+        def handle_result(sidecars: SidecarData) -> None:
             if self._studio.project is project and self._document.folder == folder:
                 self._store(folder, sidecars, rows, has_tables=(control, marks) != (None, None))
                 self.user_control = control_source
@@ -102,7 +102,7 @@ class PhotoImport:
                 callback(None)
 
         return self._studio.jobs.submit(
-            IMPORT_SIDECARS, request, title=tr(_TITLE), on_done=done, on_failed=callback
+            IMPORT_SIDECARS, request, title=tr(_TITLE), on_done=handle_result, on_failed=callback
         )
 
     def _store(

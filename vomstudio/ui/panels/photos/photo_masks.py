@@ -112,11 +112,11 @@ class PhotoMasks(QObject):
             self._masks.setdefault(name, mask)
             self.mask_changed.emit(name)
 
-        def failed(error: VomError) -> None:
+        def handle_failure(error: VomError) -> None:
             self.message.emit(error, "warning")
             deliver(np.ones((row.height, row.width), np.bool_))
 
-        self._background.run(lambda: self._load(row), deliver, failed)
+        self._background.run(lambda: self._load(row), deliver, handle_failure)
 
     def _load(self, row: PhotoRow) -> BoolArray:
         mask = self._document.mask_path(row.name)
@@ -253,21 +253,21 @@ class PhotoMasks(QObject):
             new_masks.update(masks)
             proceed()
 
-        def failed(error: VomError) -> None:
+        def handle_failure(error: VomError) -> None:
             self.message.emit(error, "error")
             proceed()
 
         def proceed() -> None:
             if not queue:
-                done()
+                finish()
                 return
             count = len(other_photos) - len(queue)
             self._set_busy(Finding("mask.repeating", done=count, count=len(other_photos)))
             name = queue.pop(0)
             previous_masks[name] = self._document.masks().get(name)
-            self._background.run(lambda: draw(name), collect, failed)
+            self._background.run(lambda: draw(name), collect, handle_failure)
 
-        def done() -> None:
+        def finish() -> None:
             current_masks = self._document.masks()
             if stale_photos := [
                 name for name in previous_masks if current_masks.get(name) != previous_masks[name]

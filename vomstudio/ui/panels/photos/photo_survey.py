@@ -244,18 +244,20 @@ class PhotoSurvey(QObject):
                 return False
             return True
 
-        def done(result: Result) -> None:
+        def handle_result(result: Result) -> None:
             if end():
                 callback(result)
                 self.changed.emit()
 
-        def failed(event: Failed) -> None:
+        def handle_failure(event: Failed) -> None:
             if end():
                 if not event.cancelled:
                     self.problem = event.message
                 self.changed.emit()
 
-        job = self._studio.jobs.submit(*request, title=title, on_done=done, on_failed=failed)
+        job = self._studio.jobs.submit(
+            *request, title=title, on_done=handle_result, on_failed=handle_failure
+        )
         return job
 
     def _masks(self) -> dict[str, Path] | None:
@@ -294,7 +296,7 @@ class PhotoSurvey(QObject):
             return
         settings = self.settings
 
-        def done(result: ReconstructionForecast) -> None:
+        def handle_result(result: ReconstructionForecast) -> None:
             if self._forecast_job is not job:
                 return
             self._forecast_job = None
@@ -312,7 +314,7 @@ class PhotoSurvey(QObject):
             self.rows_changed.emit()
             self.changed.emit()
 
-        def failed(event: Failed) -> None:
+        def handle_failure(event: Failed) -> None:
             if self._forecast_job is job:
                 self._forecast_job = None
                 if not event.cancelled:
@@ -323,8 +325,8 @@ class PhotoSurvey(QObject):
         job = self._studio.jobs.submit(
             *forecast_request(self.folder, self.rows, settings),
             title=tr("Checking control points and memory"),
-            on_done=done,
-            on_failed=failed,
+            on_done=handle_result,
+            on_failed=handle_failure,
             is_quiet=True,
         )
         self._forecast_job = job
@@ -420,7 +422,7 @@ class PhotoSurvey(QObject):
             self._import_sidecars(is_repeat=True)
 
     def _import_sidecars(self, *, is_repeat: bool = False) -> None:
-        def done(failure: Failed | None) -> None:
+        def handle_result(failure: Failed | None) -> None:
             self._list_job = None
             if failure is not None and not failure.cancelled:
                 self.problem = failure.message
@@ -431,7 +433,9 @@ class PhotoSurvey(QObject):
             self.changed.emit()
 
         user_tables = self.settings.control, self.settings.marks
-        is_running = self.sidecar_import.begin(self.rows, user_tables, done, is_repeat=is_repeat)
+        is_running = self.sidecar_import.begin(
+            self.rows, user_tables, handle_result, is_repeat=is_repeat
+        )
         if is_running is not None:
             self._list_job = is_running
             self.changed.emit()
@@ -478,7 +482,7 @@ class PhotoSurvey(QObject):
         self.result = None
         reconstruction_folders.store_failure(out, "")
 
-        def done(result: Reconstruction) -> None:
+        def handle_result(result: Reconstruction) -> None:
             self._reconstruction_job, self._is_restart_pending = None, False
             self._studio.info(finished_reconstruction(name, result))
             if self._studio.session is not session:
@@ -503,7 +507,7 @@ class PhotoSurvey(QObject):
                 finished_callback=lambda _: self.model_created.emit(),
             )
 
-        def failed(event: Failed) -> None:
+        def handle_failure(event: Failed) -> None:
             self._reconstruction_job = None
             if event.cancelled and self._is_restart_pending:
                 self._is_restart_pending = False
@@ -516,8 +520,8 @@ class PhotoSurvey(QObject):
             RECONSTRUCT,
             replace(request, masks=self._masks()),
             title=tr("Reconstructing {name}", name=name),
-            on_done=done,
-            on_failed=failed,
+            on_done=handle_result,
+            on_failed=handle_failure,
             is_resumable=True,
         )
         self.changed.emit()
