@@ -157,7 +157,7 @@ def test_extended_plane_is_painted_with_its_error_band(face, tmp_path) -> None:
     driver.keep_picture(window, "extended-plane")
     driver.keep_picture(shown, "extend-dialog")
     path = tmp_path / "traces.csv"
-    shown.save_deviations(path)
+    shown.save_traces(path)
     columns = ["bed", "line", "x", "y", "z", "error95_m"]
     assert path.read_text().splitlines()[3].split(",") == columns
     lines = window.viewport.features

@@ -1,4 +1,4 @@
-"""Language of the program: catalogues in `resources/locale`, selected by the environment."""
+"""Language of the program: message catalogues, selected by the environment."""
 
 from __future__ import annotations
 

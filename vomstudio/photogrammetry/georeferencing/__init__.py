@@ -1,1 +1,1 @@
-"""Registration of an aligned scene by GPS, control points and markers, and its lens errors."""
+"""Registration of an aligned scene by GPS, control and markers, and its lens errors."""

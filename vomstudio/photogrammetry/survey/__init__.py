@@ -1,1 +1,1 @@
-"""Survey planning, checks of photos (light, blur, enlargement, overlap), and frames of videos."""
+"""Survey planning, checks of photos (light, blur, enlargement), and frames of videos."""
