@@ -511,7 +511,7 @@ def test_reading_is_drawn_at_its_plane_with_the_read_angles() -> None:
     measured = measure_all({**records, line.id: line}, [line])[0]
     middle = measure_all(records, [records["t-B01"]])[0].fit.centroid
     assert measured.points == pytest.approx(middle[None])
-    assert measured.text == "read as 45 → 213"
+    assert measured.text == "compass reading 45 → 213"
     for notation in ("dipdir/dip", "strike/dip"):
         again = parse_reading("45 → 213", "plane", notation)
         assert (again.azimuth_deg, again.inclination_deg) == (213.0, 45.0)
