@@ -129,7 +129,7 @@ def test_legend_describes_each_symbol() -> None:
     assert terse[0].text == "Beds (3)"
     assert terse[2].text == f"β {errors}, n = {fold.n}"
     poor = legend_entries(replace(full, fold_not_good_count=2), style)
-    assert "2 not good" in poor[2].text
+    assert "2 not rated good" in poor[2].text
     bare = legend_entries(NetContents(sets, poles=False, circles=False), style)
     assert (bare[0].text, bare[0].marker, bare[0].line) == ("Beds, planes (n = 3)", None, None)
     both = make_sets({"Fault": BEDS})
