@@ -270,7 +270,7 @@ def test_report_contains_no_coordinates_or_names(window, outcrop, picks, tmp_pat
     assert "OurMistake: at # of ~/….obj" in text
     for part in ("VOM Studio", "PySide6", "vtk", "numpy", "Traceback", "action trace"):
         assert part in text
-    assert "trace made (" in text
+    assert "trace added (" in text
     assert "model made (" in text
     trace = driver.traces(window)[0]
     numbers = {f"{v:.2f}" for point in trace.vertices for v in point}
