@@ -39,7 +39,7 @@ EMPTY_CONTENTS: dict[str, Any] = {
 }
 """Keys that the result contains for every file, with their default values."""
 TABLE_SUFFIXES = {".csv", ".tsv", ".txt", ".dat", ".tab", ".prn"}
-PICTURE_SUFFIXES = {".jpg", ".jpeg", ".png", ".bmp", ".webp"}
+PICTURE_SUFFIXES = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".heic", ".heif"}
 RASTER_SUFFIXES = {".tif", ".tiff"}
 
 

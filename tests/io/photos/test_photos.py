@@ -384,7 +384,7 @@ def test_unusable_files_are_skipped_with_a_reason(tmp_path: Path) -> None:
     (tmp_path / "empty.jpg").write_bytes(b"")
     (tmp_path / "text.png").write_text("not a picture")
     (tmp_path / "again.jpg").write_bytes(data)
-    (tmp_path / "phone.HEIC").write_bytes(b"x")
+    (tmp_path / "phone.avif").write_bytes(b"x")
     (tmp_path / "walk.mp4").write_bytes(b"x")
     (tmp_path / "good.CR2").write_bytes(b"raw beside its JPEG")
     (tmp_path / "notes.txt").write_text("12 Nov, rain")
@@ -400,7 +400,7 @@ def test_unusable_files_are_skipped_with_a_reason(tmp_path: Path) -> None:
         "half.jpg": "photo.truncated",
         "empty.jpg": "file.empty",
         "text.png": "picture.unknown-kind",
-        "phone.HEIC": "photo.heif",
+        "phone.avif": "photo.avif",
         "walk.mp4": "photo.video",
         "print.jpg": "photo.colors",
         "dem.tif": "photo.raster",

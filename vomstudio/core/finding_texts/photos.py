@@ -81,9 +81,9 @@ TEXTS: dict[str, Entry] = {
             "The folder has no usable photos. {count} files were rejected, first {photo}: {reason}",
         ),
     ),
-    "photo.heif": (
+    "photo.avif": (
         "error",
-        to_translate("HEIF is not supported. Save it as JPEG with its EXIF, at full size."),
+        to_translate("AVIF is not supported. Save it as JPEG with its EXIF, at full size."),
     ),
     "photo.raw": (
         "error",

@@ -37,12 +37,9 @@ from vomstudio.io.photos.pixels import open_photo
 from vomstudio.io.photos.user_comment import comment_angles
 from vomstudio.io.photos.xmp import Angles, DroneTags, read_drone_tags
 
-PHOTO_ENDINGS = MASK_SUFFIXES
+PHOTO_ENDINGS = (*MASK_SUFFIXES, ".heic", ".heif")
 _UNSUPPORTED_CODES = {
-    **dict.fromkeys(
-        (".heic", ".heif", ".avif"),
-        "photo.heif",
-    ),
+    ".avif": "photo.avif",
     **dict.fromkeys(
         (".cr2", ".cr3", ".nef", ".arw", ".dng", ".orf", ".rw2", ".raf", ".pef", ".srw"),
         "photo.raw",

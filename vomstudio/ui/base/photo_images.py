@@ -8,13 +8,18 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 from PySide6.QtCore import QObject, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QImage, QImageIOHandler, QImageReader, QPainter, QTransform
 
+from vomstudio.core.arrays import ByteArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import open_regular_file
+from vomstudio.core.files.untrusted.heif import is_heif
 from vomstudio.core.files.untrusted.pictures import check_picture
 from vomstudio.core.findings import Finding
+from vomstudio.io.photos.exif import read_exif
+from vomstudio.io.photos.pixels import open_photo, thumbnail
 from vomstudio.studio.background import Request
 from vomstudio.ui.base.qt_background import QtBackground
 
@@ -148,6 +153,10 @@ class PhotoImages(QObject):
 
 
 def _read_pyramid(path: Path, request: Request[PhotoPyramid]) -> PhotoPyramid:
+    if _is_heif(path):
+        with open_photo(path) as photo:
+            pixels, orientation = np.asarray(photo), _TRANSFORMATIONS[read_exif(photo).orientation]
+        return _create_pyramid(_to_image(pixels), orientation)
     _check_photo_file(path)
     reader = _create_reader(path)
     reader.setAutoTransform(False)
@@ -172,6 +181,10 @@ def _read_pyramid(path: Path, request: Request[PhotoPyramid]) -> PhotoPyramid:
     image = reader.read()
     if image.isNull():
         raise InputError(Finding("photo.unreadable", reason=reader.errorString()))
+    return _create_pyramid(image, orientation)
+
+
+def _create_pyramid(image: QImage, orientation: _Transformation) -> PhotoPyramid:
     width, height = image.width(), image.height()
     levels = [_convert_for_drawing(image)]
     while max(levels[-1].width(), levels[-1].height()) > 1200:
@@ -182,6 +195,9 @@ def _read_pyramid(path: Path, request: Request[PhotoPyramid]) -> PhotoPyramid:
 
 
 def _read_thumbnail(path: Path) -> QImage:
+    if _is_heif(path):
+        side = 2 * max(THUMBNAIL_SIZE.width(), THUMBNAIL_SIZE.height())
+        return _convert_for_drawing(_to_image(thumbnail(path, side)))
     _check_photo_file(path)
     reader = _create_reader(path)
     reader.setAutoTransform(True)
@@ -189,6 +205,19 @@ def _read_thumbnail(path: Path) -> QImage:
     if size.isValid():
         reader.setScaledSize(size.scaled(THUMBNAIL_SIZE * 2, _KEEP_ASPECT_RATIO))
     return _convert_for_drawing(reader.read())
+
+
+def _is_heif(path: Path) -> bool:
+    with contextlib.suppress(OSError, InputError), open_regular_file(path) as file:
+        return is_heif(file.read(12))
+    return False
+
+
+def _to_image(pixels: ByteArray) -> QImage:
+    """Convert RGB pixels (h, w, 3) to an image with its own memory."""
+    pixels = np.ascontiguousarray(pixels)
+    height, width = pixels.shape[:2]
+    return QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888).copy()
 
 
 def _check_photo_file(path: Path) -> None:
@@ -223,6 +252,17 @@ _FORMATS_BY_SIGNATURE = {
     b"II*\0": b"tiff",
     b"MM\0*": b"tiff",
 }
+_TRANSFORMATIONS = {
+    1: _Transformation.TransformationNone,
+    2: _Transformation.TransformationMirror,
+    3: _Transformation.TransformationRotate180,
+    4: _Transformation.TransformationFlip,
+    5: _Transformation.TransformationFlipAndRotate90,
+    6: _Transformation.TransformationRotate90,
+    7: _Transformation.TransformationMirrorAndRotate90,
+    8: _Transformation.TransformationRotate270,
+}
+"""Qt's transformation for each EXIF orientation."""
 _KEEP_ASPECT_RATIO = Qt.AspectRatioMode.KeepAspectRatio
 
 

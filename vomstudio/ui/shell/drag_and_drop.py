@@ -7,7 +7,7 @@ from pathlib import Path
 from PySide6.QtGui import QDropEvent
 
 _TEXTURED_MODEL_SUFFIXES = (".obj", ".gltf", ".ply")
-_IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png")
+_IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png", ".heic", ".heif")
 """Suffixes of image files. TIFF is excluded, because its files may be height models."""
 _COMPANION_SUFFIXES = (*_IMAGE_SUFFIXES, ".mtl", ".bin", ".prj")
 """Suffixes of files that belong to a textured model in the same folder."""

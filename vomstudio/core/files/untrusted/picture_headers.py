@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import BinaryIO
 
+from vomstudio.core.files.untrusted import heif
 from vomstudio.core.words import tr
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
@@ -88,7 +89,7 @@ class PictureSize:
 
 
 def read_size(file: BinaryIO) -> PictureSize | None:
-    """Read the header of a JPEG, PNG, TIFF, WebP or BMP picture.
+    """Read the header of a JPEG, PNG, TIFF, HEIF, WebP or BMP picture.
 
     Returns
     -------
@@ -105,6 +106,12 @@ def read_size(file: BinaryIO) -> PictureSize | None:
     """
     file.seek(0)
     header = file.read(32)
+    if heif.is_heif(header):
+        photo = heif.read_header(file)
+        # The pixels arrive as bytes and are turned once.
+        if photo is None:
+            return None
+        return PictureSize(photo.width, photo.height, 3, 6 * photo.width * photo.height)
     for mark, read in _READERS.items():
         if header.startswith(mark):
             try:

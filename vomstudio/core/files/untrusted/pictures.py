@@ -5,6 +5,8 @@ Ghostscript to run a PostScript file. Therefore the header is parsed here before
 is rejected if it would keep the decoder busy for minutes, or if it needs more memory than the size
 of its file justifies (`budgets.decoding_limit`).
 
+HEIF photos are decoded in a separate process (`heif`).
+
 Every picture is opened by `open_picture` (Pillow), by `decode_picture` (OpenCV), or by a library
 that opens files by name after a call of `check_picture` or, for rasters that are read in windows,
 of `check_raster`.
@@ -25,6 +27,7 @@ import numpy as np
 from vomstudio.core.arrays import AnyArray, ByteArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import open_regular_file, require_regular_file
+from vomstudio.core.files.untrusted import heif
 from vomstudio.core.files.untrusted.budgets import compression_limit, decoding_limit
 from vomstudio.core.files.untrusted.picture_headers import (
     JPEG_SIGNATURE,
@@ -42,7 +45,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
     from PIL.ImageFile import ImageFile
 
-PHOTO_FORMATS = ("JPEG", "PNG", "TIFF")
+PHOTO_FORMATS = ("JPEG", "PNG", "TIFF", heif.FORMAT)
 """Formats of photos and masks. JPEG includes MPO, which is a JPEG with a preview."""
 TEXTURE_FORMATS = (*PHOTO_FORMATS, "WEBP", "BMP", "TGA")
 COLOR_BYTES = 4
@@ -96,6 +99,7 @@ def open_picture(
 
     # Photos and textures exceed Pillow's default limit.
     Image.MAX_IMAGE_PIXELS = None
+    heif.register_pillow_format()
     if not isinstance(source, bytes):
         require_regular_file(source)
     file = io.BytesIO(source) if isinstance(source, bytes) else _UnmappedFile(source)
@@ -174,7 +178,7 @@ def check_raster(path: str | Path) -> None:
 def decode_picture(
     content: bytes, flags: int, name: str, *, min_pixel_bytes: int = COLOR_BYTES
 ) -> AnyArray | None:
-    """Decode a JPEG, PNG or TIFF with OpenCV, ignoring the orientation tag.
+    """Decode a JPEG, PNG, TIFF or HEIF with OpenCV's flags, ignoring the orientation tag.
 
     Parameters
     ----------
@@ -198,13 +202,16 @@ def decode_picture(
     """
     import cv2
 
-    if not content.startswith(_PHOTO_SIGNATURES):
+    is_heif = heif.is_heif(content[:12])
+    if not (is_heif or content.startswith(_PHOTO_SIGNATURES)):
         return None
     with _convert_errors(name):
         size = read_size(file := io.BytesIO(content))
         _check_size(file, size, min_pixel_bytes)
     if size is None:
         return None
+    if is_heif:
+        return _decode_heif(content, flags, name)
     try:
         pixels = cv2.imdecode(
             np.frombuffer(content, np.uint8), flags | cv2.IMREAD_IGNORE_ORIENTATION
@@ -212,6 +219,19 @@ def decode_picture(
     except cv2.error:
         return None
     return None if pixels is None else np.asarray(pixels)
+
+
+def _decode_heif(content: bytes, flags: int, name: str) -> AnyArray | None:
+    import cv2
+
+    try:
+        pixels = heif.decode(content, name)
+    except (OSError, ValueError):
+        return None
+    if flags == cv2.IMREAD_COLOR_RGB:
+        return pixels
+    is_grey = flags == cv2.IMREAD_GRAYSCALE
+    return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY if is_grey else cv2.COLOR_RGB2BGR))
 
 
 class _PictureTooLargeError(Exception):
