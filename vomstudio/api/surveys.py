@@ -32,7 +32,7 @@ def read_photos(folder: str | Path, *, progress: ProgressArgument = None) -> Pho
     Parameters
     ----------
     folder : str or Path
-        Folder of JPEG, TIFF and PNG photos, which is searched three levels deep.
+        Folder of JPEG, HEIC, TIFF and PNG photos, which is searched three levels deep.
     progress : callable or Progress, optional
         Called with (stage, completed steps, total steps or None).
 

@@ -24,7 +24,9 @@ def add_parser(subparsers: Subparsers) -> None:
         run,
         help_=tr("Reconstruct a textured model from a folder of photos"),
     )
-    parser.add_argument("photos", metavar="PHOTOS", help=tr("folder of JPEG, TIFF or PNG photos"))
+    parser.add_argument(
+        "photos", metavar="PHOTOS", help=tr("folder of JPEG, HEIC, TIFF or PNG photos")
+    )
     parser.add_argument(
         "-o",
         "--output",

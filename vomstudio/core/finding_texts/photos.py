@@ -63,15 +63,15 @@ TEXTS: dict[str, Entry] = {
     ),
     "photo.none": (
         "error",
-        to_translate("The folder has no photos (JPEG, TIFF, PNG). Choose another folder."),
+        to_translate("The folder has no photos (JPEG, HEIC, TIFF, PNG). Choose another folder."),
     ),
     "photo.only-other-files": (
         "error",
         *to_translate_n(
-            "The folder has no photos (JPEG, TIFF, PNG), only {count} other file. Choose another"
-            " folder.",
-            "The folder has no photos (JPEG, TIFF, PNG), only {count} other files. Choose another"
-            " folder.",
+            "The folder has no photos (JPEG, HEIC, TIFF, PNG), only {count} other file. Choose"
+            " another folder.",
+            "The folder has no photos (JPEG, HEIC, TIFF, PNG), only {count} other files. Choose"
+            " another folder.",
         ),
     ),
     "photo.none-usable": (

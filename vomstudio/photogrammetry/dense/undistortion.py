@@ -31,7 +31,7 @@ class UndistortTask:
     Attributes
     ----------
     photo : bytes
-        Content of a JPEG, TIFF or PNG file.
+        Content of a JPEG, HEIC, TIFF or PNG file.
     mask : bytes or None
         Content of an image file that is black for unused parts.
     view : View
