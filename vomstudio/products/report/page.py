@@ -14,7 +14,11 @@ td, th { padding: .15em 1em .15em 0; text-align: left; border-bottom: 1px solid 
 td { font-variant-numeric: tabular-nums; vertical-align: top; } tr.out td { background: #fbe9d0; }
 .note { background: #fff6e0; border-left: 4px solid #e69f00; padding: .3em .8em; margin: .4em 0; }
 .figure { margin: 24px 0 0 0; } img { max-width: 100%; } .small { color: #666; font-size: 13px; }
-@media print { body { margin: 0; } tr, img { break-inside: avoid; } }
+@media print {
+  body { font-size: 11px; max-width: none; margin: 0; padding: 0; } .small { font-size: 10px; }
+  td, th { padding-right: .7em; } td:last-child { min-width: 16em; }
+  tr, img { break-inside: avoid; } h2 { break-after: avoid; }
+}
 """
 
 
