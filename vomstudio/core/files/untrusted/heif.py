@@ -55,12 +55,27 @@ class HeifHeader:
 
 
 def is_heif(header: bytes) -> bool:
-    """Return whether the first 12 bytes of a file are those of a HEIF photo."""
+    """Return whether a file is a HEIF photo.
+
+    Parameters
+    ----------
+    header : bytes
+        First 12 bytes of the file.
+
+    Returns
+    -------
+    bool
+    """
     return header[4:8] == b"ftyp" and header[8:12] in _BRANDS
 
 
 def read_header(file: BinaryIO) -> HeifHeader | None:
     """Read the header of a HEIF photo.
+
+    Parameters
+    ----------
+    file : BinaryIO
+        The whole file, which can be searched.
 
     Returns
     -------
