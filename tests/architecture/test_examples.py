@@ -154,7 +154,7 @@ def test_page_has_an_example_of_each_extension_point() -> None:
         "vomstudio/cli",
     }
     assert len(CHANGED.findall(page)) == 7
-    assert len(RUN.findall(page)) == 2
+    assert len(RUN.findall(page)) == 3
 
 
 @pytest.mark.full
