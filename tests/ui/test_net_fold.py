@@ -129,7 +129,7 @@ def test_net_statistics_and_view_use_the_same_fold_axis(window, studio, beds) ->
     assert studio.fold.planes().not_good == window.net.contents().fold_not_good_count == bad > 0
     text = window.findChild(StatisticsPanel)
     text.update_widgets()
-    assert f"{bad} not good" in text.figures.toPlainText()
+    assert f"{bad} not rated good" in text.figures.toPlainText()
 
 
 @pytest.mark.full
