@@ -21,7 +21,9 @@ from typing import Any, BinaryIO, cast
 import numpy as np
 
 from vomstudio.core.arrays import ByteArray
+from vomstudio.core.errors import InputError
 from vomstudio.core.files.untrusted import reader_process
+from vomstudio.core.findings import Finding
 from vomstudio.core.progress import SilentProgress
 
 FORMAT = "HEIF"
@@ -84,8 +86,10 @@ def read_header(file: BinaryIO) -> HeifHeader | None:
 
     Raises
     ------
+    InputError
+        With the code ``photo.truncated`` if pixels or metadata lie beyond the end of the file.
     OSError
-        If the file is truncated.
+        If the file cannot be read.
     """
     file.seek(0)
     if not is_heif(file.read(12)):
@@ -120,7 +124,8 @@ def decode(content: bytes, name: str) -> ByteArray:
     ValueError
         If the photo is damaged.
     InputError
-        With the code ``file.memory-exceeded`` if the process did not end normally.
+        With the code ``photo.truncated``, or ``file.memory-exceeded`` if the process did not end
+        normally.
     """
     header = read_header(io.BytesIO(content))
     if header is None:
@@ -207,7 +212,7 @@ def _read_meta(file: BinaryIO, start: int, end: int) -> HeifHeader | None:
     if any(
         sum(extent) > file_size for _, method, spans in locations if not method for extent in spans
     ):
-        raise OSError("the photo is truncated")
+        raise InputError(Finding("photo.truncated"))
     exif_id = next((id_ for id_, kind in kinds.items() if kind == b"Exif"), None)
     exif = None if exif_id is None else _read_exif(file, locations, exif_id)
     if quarter_turns and (exif is None or _orientation(exif) != _ORIENTATIONS[quarter_turns]):
