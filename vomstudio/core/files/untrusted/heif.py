@@ -129,7 +129,7 @@ def decode(content: bytes, name: str) -> ByteArray:
     """
     header = read_header(io.BytesIO(content))
     if header is None:
-        raise ValueError("no HEIF photo")
+        raise ValueError("not a HEIF photo")
     request = {"content": base64.b64encode(content).decode("ascii")}
     raw = reader_process.run_reader(__name__, request, SilentProgress(), Path(name))
     if not raw:
@@ -156,7 +156,7 @@ def register_pillow_format() -> None:
         def _open(self) -> None:
             header = read_header(cast("BinaryIO", self.fp))
             if header is None:
-                raise SyntaxError("no HEIF photo")
+                raise SyntaxError("not a HEIF photo")
             self._size = (header.width, header.height)
             self._mode = "RGB"
             if header.exif is not None:
