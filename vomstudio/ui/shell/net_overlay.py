@@ -167,6 +167,8 @@ class NetOverlay(QFrame):
             self.clearMask()
         else:
             self.setMask(self._paper)
+        # Texts of the former paper would remain on the outcrop.
+        self._available_area.update(self.geometry())
 
     def cover(self, is_covered: bool) -> None:
         """Hide the overlay while another widget covers the outcrop."""
