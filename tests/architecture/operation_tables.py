@@ -22,8 +22,6 @@ DOCS = ROOT / "docs"
 COMMANDS, ARCHITECTURE = DOCS / "cli.md", DOCS / "architecture.md"
 MODULES = DOCS / "modules.md"
 MODULES_BEGIN, MODULES_END = "<!-- modules -->\n", "<!-- end of modules -->"
-MAX_MODULE_NAMES = 6
-"""Maximum number of public names listed for a module."""
 DOORS_BEGIN, DOORS_END = "<!-- doors -->\n", "<!-- end of doors -->"
 PACKAGES_BEGIN, PACKAGES_END = "<!-- packages -->\n", "<!-- end of packages -->"
 
@@ -118,11 +116,7 @@ def renewed_modules(page: str) -> str:
     """Return the page with today's tables of the modules of each package."""
     sections = []
     for package in sorted((ROOT / "vomstudio").rglob("__init__.py")):
-        rows = [
-            _module_row(module)
-            for module in sorted(package.parent.glob("*.py"))
-            if module.name != "__init__.py"
-        ]
+        rows = list(filter(None, map(_module_row, sorted(package.parent.glob("*.py")))))
         if rows:
             name = package.parent.relative_to(ROOT).as_posix()
             table = ["| module | contents | defines |", "|---|---|---|", *rows]
@@ -131,18 +125,30 @@ def renewed_modules(page: str) -> str:
     return page[:start] + "\n".join(sections) + page[page.index(MODULES_END) :]
 
 
-def _module_row(module: Path) -> str:
+def _module_row(module: Path) -> str | None:
+    """Return the row of a module, or None for an `__init__.py` that defines nothing."""
     tree = ast.parse(module.read_text("utf-8"))
     text = ast.get_docstring(tree) or ""
     summary = " ".join(text.partition("\n\n")[0].split()).rstrip(".").replace("|", "\\|")
-    names = [
-        f"`{node.name}`"
-        for node in tree.body
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
-    ]
-    if len(names) > MAX_MODULE_NAMES:
-        names = [*names[:MAX_MODULE_NAMES], "…"]
-    return f"| `{module.name}` | {summary} | {', '.join(names)} |"
+    names = list(dict.fromkeys(filter(_is_public, map(_defined_name, tree.body))))
+    if module.name == "__init__.py" and not names:
+        return None
+    return f"| `{module.name}` | {summary} | {', '.join(f'`{name}`' for name in names)} |"
+
+
+def _defined_name(node: ast.stmt) -> str:
+    """Return the name of a function, class or constant, or an empty string."""
+    if isinstance(node, ast.FunctionDef | ast.ClassDef):
+        return node.name
+    if isinstance(node, ast.AnnAssign):
+        return ast.unparse(node.target)
+    if isinstance(node, ast.Assign) and len(node.targets) == 1:
+        return ast.unparse(node.targets[0])
+    return ""
+
+
+def _is_public(name: str) -> bool:
+    return name.isidentifier() and not name.startswith("_")
 
 
 def doors_table() -> str:

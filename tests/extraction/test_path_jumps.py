@@ -141,7 +141,7 @@ def test_trace_that_jumps_to_next_seam_is_marked_and_not_good() -> None:
     )
     assert "trace.beside" in [getattr(each, "code", "") for each in result.warnings]
     (stretch,) = result.doubtful
-    own = result.points[stretch.start : stretch.end + 1]
+    own = result.points[stretch.first : stretch.last + 1]
     assert 0.3 < own[:, 0].min() < own[:, 0].max() < 1.6
     assert abs(stretch.offset_m) == pytest.approx(0.18, abs=0.04)
     assert result.plane is not None

@@ -213,7 +213,7 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
         ("move", move),
         click((1.5, 0.0, 1.7), ctrl=True),
         ("delete vertex", lambda: tool.delete_vertex(0)),
-        ("type", lambda: studio.set_next("fault", "F")),
+        ("type", lambda: studio.set_next_type("fault", "F")),
         click(bed(1.0)[4]),
         ("finish", tool.finish),
         ("undo", studio.undo),

@@ -175,7 +175,7 @@ def test_accepting_a_facet_keeps_the_colors_of_the_others(window, panel) -> None
 
 @pytest.mark.full
 def test_facets_are_filtered_and_picked_on_the_net(window, panel) -> None:
-    window.studio.set_next("joint", "")
+    window.studio.set_next_type("joint", "")
     find(window, panel)
     proposals, net = panel._facets.proposals, window.net
     assert panel.type.currentData() == "joint"

@@ -54,7 +54,7 @@ def test_facets_become_coloured_sets_on_the_net(window, screen) -> None:
     studio = window.studio
     window.open_path(resource("sample", "sample.obj"))
     driver.settled(window)
-    studio.set_next("joint", "")
+    studio.set_next_type("joint", "")
     panel = find_facets(window)
     driver.keep_picture(window, f"facets-{screen}")
     assert panel.table.accessibleName() in net_sets(window)

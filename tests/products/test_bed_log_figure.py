@@ -43,7 +43,7 @@ def test_column_height_on_paper_follows_its_scale(tmp_path: Path) -> None:
     result = log_of(HEIGHTS, ["sandstone", "shale", "limestone"], sigma_m=0.01)
     page = lay_out_page(result)
     assert page.scale == 50.0
-    assert page.column_mm == pytest.approx(180.0)
+    assert page.column_height_mm == pytest.approx(180.0)
     target = tmp_path / "log.svg"
     write_log_figure(target, result, format="svg", description="bedding 000/00")
     svg = target.read_text("utf-8")
@@ -66,12 +66,12 @@ def test_column_height_on_paper_follows_its_scale(tmp_path: Path) -> None:
 
 def test_labels_of_thin_beds_stay_separate_and_in_order() -> None:
     page = lay_out_page(log_of(HEIGHTS))
-    assert (np.diff(page.rows_mm) >= 4.0 - 1e-9).all()
-    assert page.rows_mm[0] == pytest.approx(40.0)
+    assert (np.diff(page.label_heights_mm) >= 4.0 - 1e-9).all()
+    assert page.label_heights_mm[0] == pytest.approx(40.0)
     # Those of the three thin beds are moved as little as can be, around their middle.
-    assert page.rows_mm[1:4].mean() == pytest.approx(83.0)
+    assert page.label_heights_mm[1:4].mean() == pytest.approx(83.0)
     many = lay_out_page(log_of(np.linspace(0.0, 3.0, 1001)))
-    assert np.isnan(many.rows_mm).all()
+    assert np.isnan(many.label_heights_mm).all()
     assert many.height_mm < 260.0
     few = lay_out_page(log_of(np.linspace(0.0, 0.01, 101)))
     assert few.height_mm > 400.0

@@ -173,8 +173,8 @@ def test_rotation_keeps_angles_and_rotates_slip_arrows_with_their_striae() -> No
         make_sets({"s": ("line", [40.0, 90.0], [10.0, 30.0])})[0],
         slips=np.array([Line(40, 10).vector(), [np.nan] * 3]),
     )
-    turning = NetRotation(Plane(200, 35), Line(70, 20), 50.0)
-    after = turning.rotate_set(striae)
+    rotation = NetRotation(Plane(200, 35), Line(70, 20), 50.0)
+    after = rotation.rotate_set(striae)
     before = striae.vectors() @ striae.vectors().T
     np.testing.assert_allclose(np.abs(after.vectors() @ after.vectors().T), np.abs(before))
     assert after.slips is not None
@@ -237,21 +237,21 @@ def test_invalid_style_is_rejected_and_valid_styles_are_stored() -> None:
 
 
 @pytest.mark.parametrize(
-    "turning",
+    "rotation",
     [
         NetRotation(Plane(100, 35)),
         NetRotation(None, Line(40, 30), 75.0),
         NetRotation(Plane(10, 90), Line(5, 0), 20.0),
     ],
 )
-def test_typed_features_rotate_with_measured_ones(turning: NetRotation) -> None:
+def test_typed_features_rotate_with_measured_ones(rotation: NetRotation) -> None:
     """A plane, a cone about its pole and a line on it are the same things typed and measured."""
     plane = Plane(120, 60)
     planes = np.array([120.0, 125.0, 118.0]), np.array([60.0, 61.0, 58.0])
     measured_net = NetContents(make_sets({"beds": ("plane", *planes)}))
     circle, mark = parse_slip("120/60/40")
     cone = parse_cone(f"{plane.pole().trend_deg}/{plane.pole().plunge_deg}/20")
-    wishes = NetAdditions(turning, (circle, cone), (mark,))
+    wishes = NetAdditions(rotation, (circle, cone), (mark,))
     after = wishes.net(measured_net, ROWS)
     measured = Line.from_vector(after.sets[0].vectors()[0])
     for drawn in after.user_circles:

@@ -54,13 +54,15 @@ def test_points_that_cannot_be_projected_get_no_label() -> None:
 def test_labels_keep_their_corner_while_it_is_free() -> None:
     anchors, sizes = np.array([[200.0, 200.0]]), np.array([[50.0, 20.0]])
     corners = np.array([3])
-    there = place_labels(LabelGrid(400, 400), anchors, sizes, np.array([0]), corners=corners)
+    there = place_labels(
+        LabelGrid(400, 400), anchors, sizes, np.array([0]), position_indices=corners
+    )
     assert there[0][0] < 200.0
     assert there[0][1] > 200.0
     assert corners.tolist() == [3]
     taken = LabelGrid(400, 400)
     taken.block(100.0, 200.0, 100.0, 100.0)
-    there = place_labels(taken, anchors, sizes, np.array([0]), corners=corners)
+    there = place_labels(taken, anchors, sizes, np.array([0]), position_indices=corners)
     assert there[0][0] > 200.0
     assert corners.tolist() == [0]
 

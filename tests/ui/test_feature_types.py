@@ -126,7 +126,7 @@ def test_project_without_line_types_opens_and_can_add_them(window, studio, tmp_p
     add_bed(studio, "t1")
     for type_id in ("fold_axis", "lineation"):
         assert studio.attempt(edits.remove_type, type_id)
-    studio.set_next("lineation", "")
+    studio.set_next_type("lineation", "")
     studio.save_as(tmp_path / "old.vom")
     studio.new_project()
     studio.open_project(tmp_path / "old.vom")
@@ -141,7 +141,7 @@ def test_project_without_line_types_opens_and_can_add_them(window, studio, tmp_p
 
 def test_removing_the_next_type_selects_another(studio):
     add_cliff(studio)
-    studio.set_next("vein", "")
+    studio.set_next_type("vein", "")
     assert studio.attempt(edits.remove_type, "vein")
     assert studio.next_type_id in studio.records
 
@@ -150,7 +150,7 @@ def test_removing_the_next_type_selects_another(studio):
 def test_names_and_colours_of_types_change_everywhere_at_once(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1")
-    studio.set_next("fault", "")
+    studio.set_next_type("fault", "")
     studio.selection.set(["t1"])
     kind = studio.records["bedding"]
     from dataclasses import replace

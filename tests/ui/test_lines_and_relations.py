@@ -60,7 +60,7 @@ def test_line_panel_offers_only_line_types(window, planes):
     names = [box.itemText(i) for i in range(box.count())]
     assert names == ["Fold axis", "Lineation"]
     assert box.currentText() == "Lineation"
-    planes.set_next("joint", "J1")
+    planes.set_next_type("joint", "J1")
     assert box.currentText() == "Lineation"
 
 

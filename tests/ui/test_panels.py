@@ -444,12 +444,12 @@ def test_typing_a_set_for_a_restored_trace_keeps_its_type(window, studio, tmp_pa
 
     add_cliff(studio)
     studio.activate("trace")
-    studio.set_next("fault", "F")
+    studio.set_next_type("fault", "F")
     for point in ZIGZAG[:3]:
         studio.pointer(event(at=point))
     studio.save_as(tmp_path / "p.vom")
     studio.new_project()
-    studio.set_next("bedding", "")
+    studio.set_next_type("bedding", "")
     studio.open_project(tmp_path / "p.vom")
     assert studio.get_tool(TraceTool).trace.type_id == "fault"
     assert driver.tool_panel(window, TracePanel).type_box.currentData() == "fault"

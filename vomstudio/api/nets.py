@@ -95,8 +95,8 @@ def stereonet(
     contour_set : str, optional
         Set that is contoured; by default all sets are contoured together.
     kamb_sigma : float, optional
-        Smoothness of Kamb's methods, 0.5 to 10, as the number of standard deviations expected
-        for a uniform distribution.
+        Smoothing of Kamb's methods, 0.5 to 10: expected count of a uniform distribution, in
+        standard deviations.
     untilt : AnglePair, optional
         (dip direction, dip) of a plane that is rotated to horizontal, together with all
         data.

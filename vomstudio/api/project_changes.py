@@ -480,7 +480,9 @@ class ProjectChanges:
             Faces of the mesh or points of the cloud, in place of an outline.
         model : str or ProjectModel, optional
             Id or name of the model; by default the only model.
-        type, name, set, domain : str, optional
+        type : str
+            Name of a feature type, ignoring case.
+        name, set, domain : str, optional
             See `add_trace`.
 
         Returns

@@ -168,7 +168,7 @@ def _result_text(result: dict[str, Any], unit: str, projection_lines: list[str])
     if result["slab_m"] is not None:
         lines.append(
             tr(
-                "{count} points of a slab {slab:.3g} {unit} thick",
+                "{count} points in a slab {slab:.3g} {unit} thick",
                 unit=unit,
                 count=result["points"],
                 slab=result["slab_m"],

@@ -465,8 +465,8 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
     cross_products = np.cross(edge_a, edge_b)
     doubled_areas = np.linalg.norm(cross_products, axis=1)
     # Slivers do not have reliable normals.
-    longest_edges = np.maximum((edge_a**2).sum(axis=1), (edge_b**2).sum(axis=1))
-    rows = np.flatnonzero(is_finite_face & (doubled_areas > 1e-9 * longest_edges))
+    longest_edges_squared = np.maximum((edge_a**2).sum(axis=1), (edge_b**2).sum(axis=1))
+    rows = np.flatnonzero(is_finite_face & (doubled_areas > 1e-9 * longest_edges_squared))
     if not len(rows):
         raise GeometryError(Finding("mesh.no-area"))
     progress.stage(tr("Finding neighbours"), None)

@@ -1,4 +1,4 @@
-"""Automatic detection of facets, the planar parts of an outcrop face.
+"""Automatic detection of facets, the planar parts of an outcrop face, and its warnings.
 
 Facets are found by region growing after Wang et al. (2017, Computers & Geosciences 103, 100) and
 similar methods, over neighbouring faces of a mesh or points of a cloud. The thresholds are an angle

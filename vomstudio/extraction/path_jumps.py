@@ -16,7 +16,12 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
-from vomstudio.geology.doubtful_stretches import MARGIN_VERTICES, MIN_POINTS, VertexRange, offset
+from vomstudio.geology.doubtful_stretches import (
+    MARGIN_VERTICES,
+    MIN_POINTS,
+    VertexRange,
+    offset_from_plane,
+)
 from vomstudio.geometry.planes import FittedPlane, fit_planes
 
 CONTACT_QUANTILE = 0.25
@@ -170,4 +175,4 @@ def _offset_ratio(
     angles = np.radians(np.minimum([fit.min_confidence95_deg, fit.max_confidence95_deg], 89.9))
     distances_along = np.tan(angles) * (fit.axes[:2] @ centre)
     allowed_distance = np.sqrt((distances_along**2).sum() + (2.0 * fit.rms) ** 2 + resolution**2)
-    return abs(offset(points, stretch, fit)) / float(max(allowed_distance, 1e-300))
+    return abs(offset_from_plane(points, stretch, fit)) / float(max(allowed_distance, 1e-300))

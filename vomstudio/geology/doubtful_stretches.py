@@ -19,7 +19,7 @@ VertexRange = tuple[int, int]
 MIN_POINTS = 8
 """Minimum number of remaining points for a plane with an error estimate."""
 MARGIN_VERTICES = 2
-"""Number of transitional vertices at each end of a stretch that belong to neither surface."""
+"""Number of vertices before and after a stretch that may belong to neither surface."""
 
 
 @dataclass(frozen=True)
@@ -28,14 +28,15 @@ class DoubtfulStretch:
 
     Attributes
     ----------
-    start, end : int
+    first, last : int
         First and last vertex, counted from 0.
     offset_m : float
-        Distance of its midpoint from the plane of the other points along the upward normal, m.
+        Distance of the mean of its points from the plane of the other points along the upward
+        normal, m.
     """
 
-    start: int
-    end: int
+    first: int
+    last: int
     offset_m: float
 
 
@@ -52,10 +53,11 @@ class RemainingTrace:
     def error95_deg(
         self, fit: FittedPlane, resolution_m: float | None, outcrop_normal: FloatArray | None = None
     ) -> float:
-        """Return the 95 % error of the plane of all points if the remaining points are correct.
+        """Return the 95 % error of the plane of all points.
 
-        It is the angle between both planes plus the error of the plane of the remaining points, at
-        most 90 degrees.
+        The points outside the stretches are assumed to follow one surface. The error is the angle
+        between both planes plus the error of the plane of the remaining points, at most 90
+        degrees.
         """
         if self.fit is None:
             return 90.0
@@ -73,8 +75,8 @@ class RemainingTrace:
         return [
             Finding(
                 "trace.beside",
-                start=stretch.start + 1,
-                end=stretch.end + 1,
+                start=stretch.first + 1,
+                end=stretch.last + 1,
                 offset_m=abs(stretch.offset_m),
                 rest_dip_direction_deg=None if plane is None else plane.dip_direction_deg,
                 rest_dip_deg=None if plane is None else plane.dip_deg,
@@ -88,7 +90,7 @@ def fit_remaining_plane(
 ) -> RemainingTrace | None:
     """Fit a plane to the points of a trace outside the given stretches.
 
-    `MARGIN_VERTICES` points at each end of a stretch are also excluded.
+    `MARGIN_VERTICES` points before and after each stretch are also excluded.
 
     Parameters
     ----------
@@ -120,14 +122,16 @@ def fit_remaining_plane(
         candidate = fit_planes(points[is_remaining], [0, int(is_remaining.sum())])[0]
         fit = candidate if candidate.error is None else None
     stretches = tuple(
-        DoubtfulStretch(first_vertex, last_vertex, offset(points, (first_vertex, last_vertex), fit))
+        DoubtfulStretch(
+            first_vertex, last_vertex, offset_from_plane(points, (first_vertex, last_vertex), fit)
+        )
         for first_vertex, last_vertex in valid_ranges
     )
     return RemainingTrace(fit, stretches)
 
 
-def offset(points: FloatArray, stretch: VertexRange, fit: FittedPlane | None) -> float:
-    """Return the distance between the middle of a stretch and a plane.
+def offset_from_plane(points: FloatArray, stretch: VertexRange, fit: FittedPlane | None) -> float:
+    """Return the distance of the mean of a stretch from a plane.
 
     Parameters
     ----------

@@ -87,9 +87,9 @@ class Thresholds:
             )
         return tr(
             "Verdicts by the profile “{profile}”: good up to a total 95 % error of {good:g}°,"
-            " poor above {poor:g}°; doubtful in between, or with fewer than 6 independent points,"
-            " roughness as long as the trace, an extent under {extent:g} times the model's"
-            " resolution, or little relief within {face:g}° of the outcrop face.",
+            " poor above {poor:g}°, doubtful in between. Also doubtful: fewer than 6 independent"
+            " points, roughness with a wavelength as long as the trace, an extent under {extent:g}"
+            " times the model's resolution, or little relief within {face:g}° of the outcrop face.",
             profile=self.profile,
             good=self.good_confidence95_deg,
             poor=self.poor_confidence95_deg,

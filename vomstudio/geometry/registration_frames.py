@@ -14,7 +14,7 @@ from vomstudio.geometry.matrices import IDENTITY, Matrix, Point
 from vomstudio.geometry.registrations import Registration, RegistrationPoint
 
 
-def change_world(
+def change_world_frame(
     registration: Registration, change_matrix: npt.ArrayLike, frame: Frame
 ) -> Registration:
     """Return a registration after a similarity of the World frame.

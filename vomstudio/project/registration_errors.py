@@ -41,18 +41,18 @@ def get_rotation_errors(models: Iterable[Model | None]) -> RotationErrors:
 
     Features on models that were placed by the same registration rotate together.
     """
-    known_covariances: dict[int, tuple[object, FloatArray | None]] = {}
-    derivatives = []
+    rotations_by_model: dict[int, tuple[object, FloatArray | None]] = {}
+    feature_rotations = []
     for model in models:
-        if id(model) not in known_covariances:
+        if id(model) not in rotations_by_model:
             registration = None if model is None else model.registration
             rotation = None if registration is None else registration.rotation_covariance()
-            known_covariances[id(model)] = (
+            rotations_by_model[id(model)] = (
                 None if registration is None else registration.id,
                 rotation,
             )
-        derivatives.append(known_covariances[id(model)])
-    return group_rotation_errors(derivatives)
+        feature_rotations.append(rotations_by_model[id(model)])
+    return group_rotation_errors(feature_rotations)
 
 
 def normal_covariance(measurement: Measurement, model: Model | None) -> FloatArray | None:

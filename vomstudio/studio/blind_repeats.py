@@ -122,7 +122,7 @@ class BlindRepeats:
             return
         self._tools.activate(get_kind(original).tool or NAVIGATE)
         if isinstance(original, TypedFeature):
-            self._tools.copy_next(original.type_id, original.set_name)
+            self._tools.copy_next_type(original.type_id, original.set_name)
         self.changed.emit()
 
     def _hide(self) -> None:

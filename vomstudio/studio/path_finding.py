@@ -28,6 +28,8 @@ _LIVE_KEY = "live"
 
 @dataclass(frozen=True, eq=False)
 class _Search:
+    """Request for a path. It is live if it ends at the cursor or a dragged vertex."""
+
     data: Any
     cost: str
     ends: tuple[Point, Point]
@@ -53,7 +55,7 @@ class PathFinding:
     ) -> None:
         self._models, self._background, self._get_photos = models, background, get_photos
         self._photo_paths = PhotoPaths()
-        self._surface: SurfaceGraph | None = None
+        self._graph: SurfaceGraph | None = None
 
     def costs(self, model_id: str) -> tuple[str, ...]:
         """Return the names of the available costs; see `studio.tools.followed_line.PathFinder`."""
@@ -99,7 +101,7 @@ class PathFinding:
     def clear_state(self) -> None:
         """Discard all searches and the graph because another project is opened."""
         self._background.cancel_all()
-        self._surface = None
+        self._graph = None
         self._photo_paths = PhotoPaths()
 
     # --- in the thread -----------------------------------------------------------------------
@@ -114,7 +116,8 @@ class PathFinding:
                 search.photos, search.photo, search.cost, ends, is_live=search.is_live
             )
         except VomError as error:
-            # If the photo gives no path, the path over the surface is returned with the reason.
+            # If the photo gives no path, the path over the surface is returned with the reason. A
+            # path to the cursor is replaced when the cursor moves.
             path = self._find_surface_path(search)
             return replace(path, warnings=(to_finding(error),), is_final=not search.is_live)
 
@@ -122,10 +125,10 @@ class PathFinding:
         from vomstudio.extraction.following import Follower
         from vomstudio.extraction.surface_graph import SurfaceGraph
 
-        surface = self._surface
-        if surface is None or surface.data is not search.data:
-            surface = SurfaceGraph(search.data)
-            surface.prepare()
-            self._surface = surface
-        path = Follower(surface, search.cost).follow(np.asarray(search.ends))
+        graph = self._graph
+        if graph is None or graph.data is not search.data:
+            graph = SurfaceGraph(search.data)
+            graph.prepare()
+            self._graph = graph
+        path = Follower(graph, search.cost).follow(np.asarray(search.ends))
         return FollowedPath(path.points, costs=path.costs)

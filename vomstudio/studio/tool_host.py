@@ -1,4 +1,4 @@
-"""Host of the tools; at most one tool is active at a time."""
+"""Host of the tools, which switches between them and stores or discards the open feature."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class ToolHost:
         Emitted after `changed`, because undo may refer to a step of a tool.
     active_changed : Signal
         Emitted when another tool becomes active.
-    next_changed : Signal
+    next_type_changed : Signal
         Emitted when the feature type or the set of the next feature changes.
     preview : Preview or None
         Preview of the unfinished feature.
@@ -85,7 +85,7 @@ class ToolHost:
         self.changed: Signal[()] = Signal()
         self.undo_changed: Signal[()] = Signal()
         self.active_changed: Signal[str] = Signal()
-        self.next_changed: Signal[()] = Signal()
+        self.next_type_changed: Signal[()] = Signal()
         self.preview: Signal[Preview | None] = Signal()
         self.feature_discarded: Signal[DiscardedFeature] = Signal()
         self._projects, self._models, self._derived = projects, models, derived
@@ -98,7 +98,7 @@ class ToolHost:
         self.next_type_id = "bedding"
         self.next_set = ""
         self._sets = SetMemory()
-        self._next_by_tool: dict[str, tuple[str, str]] = {}
+        self._next_types_by_tool: dict[str, tuple[str, str]] = {}
         self.tools: dict[str, Tool] = {entry.name: entry.tool(self) for entry in TOOLS}
 
     def of(self, record_type: type[T]) -> T:
@@ -128,19 +128,19 @@ class ToolHost:
                 self.hint(Finding("feature.open"))
                 self.active_changed.emit(self.active_name)
                 return
-        self._next_by_tool[self.active_name] = (self.next_type_id, self.next_set)
+        self._next_types_by_tool[self.active_name] = (self.next_type_id, self.next_set)
         self.active_name = name
         self.active_changed.emit(name)
         # Each tool has its own type and set, because beds may be traced while joints are
         # painted.
-        type_and_set = self._next_by_tool.get(name)
+        type_and_set = self._next_types_by_tool.get(name)
         is_free = self.open_tool is None or self.open_tool.is_finishing
         if name != NAVIGATE and is_free and type_and_set is not None:
             self.next_type_id, self.next_set = type_and_set
             self.keep_next_type()
-            self.next_changed.emit()
+            self.next_type_changed.emit()
 
-    def _close_for_next(self, tool: Tool) -> bool:
+    def _close_busy_tool(self, tool: Tool) -> bool:
         """Finish or discard the open feature of a tool. Return False while it is being finished."""
         return not tool.is_finishing and self._close(tool) and not tool.is_open
 
@@ -231,7 +231,7 @@ class ToolHost:
             if (
                 busy_tool is not None
                 and busy_tool is not tool
-                and not self._close_for_next(busy_tool)
+                and not self._close_busy_tool(busy_tool)
             ):
                 return
             event = self._queued_events.pop(0)
@@ -241,30 +241,30 @@ class ToolHost:
             else:
                 tool.pointer(event)
 
-    def set_next(self, type_id: str, set_name: str) -> None:
+    def set_next_type(self, type_id: str, set_name: str) -> None:
         """Set the type and set of the next feature, and of the open feature if it is new.
 
         A set that was not changed together with the type is replaced by the last set of the type.
         """
         current = self.next_type_id, self.next_set
-        self.copy_next(type_id, self._sets.choose_set(current, type_id, set_name))
+        self.copy_next_type(type_id, self._sets.choose_set(current, type_id, set_name))
 
-    def copy_next(self, type_id: str, set_name: str) -> None:
+    def copy_next_type(self, type_id: str, set_name: str) -> None:
         """Set the type and set of the next feature exactly, as for a repeat of a feature."""
         self.next_type_id, self.next_set = type_id, set_name
         for tool in self.tools.values():
             if tool is self.active or not tool.is_finishing:
                 tool.set_type(type_id, set_name)
-        self.next_changed.emit()
+        self.next_type_changed.emit()
 
     def begin(self) -> None:
         """Reset the types, sets and active tool for another project."""
         self.activate(NAVIGATE)
-        self._next_by_tool.clear()
+        self._next_types_by_tool.clear()
         self._sets.clear()
         self.next_type_id, self.next_set = "bedding", ""
         self.keep_next_type()
-        self.next_changed.emit()
+        self.next_type_changed.emit()
 
     def keep_next_type(self) -> None:
         """Choose another type for the next feature if the present type was removed."""

@@ -18,7 +18,7 @@ from tests.registrations import registration, similarity
 from vomstudio.core.errors import TargetError
 from vomstudio.geometry import transform
 from vomstudio.geometry.frames import Frame
-from vomstudio.geometry.registration_frames import change_file_frame, change_world
+from vomstudio.geometry.registration_frames import change_file_frame, change_world_frame
 from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.rotation_errors import errors_95_deg
 from vomstudio.io.models.registration_file import (
@@ -180,7 +180,7 @@ def test_a_rotation_of_world_rotates_the_covariance() -> None:
     record = registration()
     turn = Rotation.from_euler("zxy", [77.0, -31.0, 15.0], degrees=True).as_matrix()
     by = similarity(1.0, turn, np.array([10.0, -20.0, 5.0]))
-    moved = change_world(record, by, Frame("local"))
+    moved = change_world_frame(record, by, Frame("local"))
     before, after = record.rotation_covariance(), moved.rotation_covariance()
     assert before is not None
     assert after is not None
@@ -196,7 +196,7 @@ def test_a_rotation_of_world_rotates_the_covariance() -> None:
         assert place_error(moved, transform.apply(by, [place])[0]) == pytest.approx(
             place_error(record, place), rel=1e-6
         )
-    back = change_world(moved, transform.invert(by), record.frame)
+    back = change_world_frame(moved, transform.invert(by), record.frame)
     assert np.array(back.covariance) == pytest.approx(np.array(record.covariance), abs=1e-12)
     assert np.array(back.matrix) == pytest.approx(np.array(record.matrix), rel=1e-9)
     assert back.control[0].world == pytest.approx(record.control[0].world)
@@ -214,7 +214,7 @@ def place_error(record: Registration, place: Array) -> float:
 
 def test_changing_the_world_unit_scales_lengths_and_not_angles() -> None:
     record = registration()
-    moved = change_world(record, np.diag([2.0, 2.0, 2.0, 1.0]), Frame("local"))
+    moved = change_world_frame(record, np.diag([2.0, 2.0, 2.0, 1.0]), Frame("local"))
     assert np.array(moved.covariance)[:4, :4] == pytest.approx(
         np.array(record.covariance)[:4, :4], rel=1e-12
     )

@@ -89,7 +89,7 @@ class Context:
         self.paths = Paths()
         self.elements = Elements()
 
-    def set_next(self, type_id, set_name):
+    def set_next_type(self, type_id, set_name):
         self.next_type_id, self.next_set = type_id, set_name
 
     def surface(self, model_id):

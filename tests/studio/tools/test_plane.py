@@ -430,7 +430,7 @@ def test_a_changed_plane_keeps_its_id_name_and_attributes(tool, context):
     tool.continue_feature(old.id)
     assert tool.is_continued
     assert chosen(tool) == ids(old)
-    context.set_next("joint", "J1")
+    context.set_next_type("joint", "J1")
     stroke(tool, (2.0, 1.0), shift=True)
     assert tool.finish() == old.id
     (after,) = patches(context)
@@ -460,7 +460,7 @@ def test_discarding_changes_leaves_the_plane_unchanged(tool, context):
 def test_plane_gets_the_type_and_set_selected_at_finish(tool, context):
     stroke(tool, (1.0, 1.0))
     bedding = context.shown[-1].color
-    context.set_next("joint", "J1")
+    context.set_next_type("joint", "J1")
     tool.set_type("joint", "J1")
     assert context.shown[-1].color != bedding
     tool.finish()
@@ -471,7 +471,7 @@ def test_plane_gets_the_type_and_set_selected_at_finish(tool, context):
 def test_brush_colour_follows_the_type_immediately(tool, context):
     tool.pointer(at(Pointer.MOVE, (1.0, 1.0)))
     bedding = context.shown[-1].color
-    context.set_next("joint", "")
+    context.set_next_type("joint", "")
     tool.set_type("joint", "")
     assert context.shown[-1].color != bedding
 
@@ -675,7 +675,7 @@ def test_every_step_of_a_plane_is_restored_from_its_draft(tool, context):
         lambda: tool.cancel(),
         lambda: tool.cancel(),
     ]
-    context.set_next("joint", "J1")
+    context.set_next_type("joint", "J1")
     for step in steps:
         step()
         journal = MemoryJournal()

@@ -1,4 +1,4 @@
-"""Reading of arrays from an untrusted .npz file (a ZIP archive of NPY members).
+"""Arrays of an untrusted .npz file, whose headers and sizes are checked before reading.
 
 Files in the folders of projects and reconstructions may come from unknown sources. A ZIP archive
 may expand to thousands of times its size or contain members that overlap, are encrypted or share a
@@ -72,10 +72,10 @@ def open_arrays(path: str | Path) -> Iterator[Arrays]:
         If the file cannot be read.
     """
     try:
-        open_model = open_regular_file(path)
+        opened_file = open_regular_file(path)
     except InputError as error:
         raise ValueError(error.message) from error
-    with open_model as file:
+    with opened_file as file:
         try:
             archive = zipfile.ZipFile(file)
         except Exception as error:

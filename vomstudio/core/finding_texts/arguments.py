@@ -28,8 +28,8 @@ TEXTS: dict[str, Entry] = {
     "array.not-numbers": (
         "error",
         to_translate(
-            "A value of type {type} is not an array of numbers with rows of equal length. Correct"
-            " it."
+            "A value of type {type} cannot be converted to an array of numbers. Pass numbers only,"
+            " in rows of equal length."
         ),
     ),
     "array.not-points": (
@@ -62,10 +62,10 @@ TEXTS: dict[str, Entry] = {
     "array.no-such-point": (
         "error",
         *to_translate_n(
-            "{count} face has a point that does not exist (row {first_row}, counted from 0)."
+            "{count} face refers to a point that does not exist (row {first_row}, counted from 0)."
             " Correct or remove it.",
-            "{count} faces have points that do not exist (first: row {first_row}, counted from 0)."
-            " Correct or remove them.",
+            "{count} faces refer to points that do not exist (first: row {first_row}, counted from"
+            " 0). Correct or remove them.",
         ),
     ),
     "array.not-positive": (

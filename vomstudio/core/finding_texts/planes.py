@@ -92,8 +92,8 @@ TEXTS: dict[str, Entry] = {
     "plane.long-roughness": (
         "warning",
         to_translate(
-            "The roughness is as long as the trace, so the larger of the two errors is used. Pick a"
-            " longer trace."
+            "The wavelength of the roughness is as long as the trace, so the larger of the two"
+            " errors is used. Pick a longer trace."
         ),
     ),
     "plane.too-small": (

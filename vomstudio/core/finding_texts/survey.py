@@ -440,8 +440,8 @@ TEXTS: dict[str, Entry] = {
     "video.not-good-enough": (
         "error",
         to_translate(
-            "This video is not good enough. {reasons} Take photos instead, or record it again"
-            " slowly and smoothly, without standing still."
+            "This video is not suitable for a reconstruction. {reasons} Take photos instead, or"
+            " record it again, moving slowly and smoothly without stopping."
         ),
     ),
     "video.frames-kept": (

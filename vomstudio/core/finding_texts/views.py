@@ -215,12 +215,14 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate(
             "Contours every {spacing_m:g} m would need more than {maximum} levels over"
-            " {range_m:.4g} m of height. Choose a larger spacing."
+            " {range_m:.4g} m of height. Choose a larger contour interval."
         ),
     ),
     "dem.no-contours": (
         "warning",
-        to_translate("No contour line lies within the range of heights. Choose a smaller spacing."),
+        to_translate(
+            "No contour line lies within the range of heights. Choose a smaller contour interval."
+        ),
     ),
     "texture.not-drawn": (
         "warning",
@@ -229,7 +231,7 @@ TEXTS: dict[str, Entry] = {
     "interpretation.legend-alone": (
         "error",
         to_translate(
-            "A legend needs features to explain. Add traces, patches or symbols to the drawing."
+            "A legend alone would be empty. Add traces, patches or symbols to the drawing."
         ),
     ),
     "interpretation.not-in-view": (

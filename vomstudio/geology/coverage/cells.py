@@ -245,10 +245,10 @@ class _AreaSums:
                 )
         cells = self.grid.numbers(np.floor(pieces.mean(axis=1)[:, :2]))
         pieces, cells = pieces[cells >= 0], cells[cells >= 0]
-        cross_axis = np.cross(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0])
+        cross_products = np.cross(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0])
         for sums, areas in (
-            (self.surface, np.linalg.norm(cross_axis, axis=1)),
-            (self.covered, np.abs(cross_axis[:, 2])),
+            (self.surface, np.linalg.norm(cross_products, axis=1)),
+            (self.covered, np.abs(cross_products[:, 2])),
         ):
             sums += np.bincount(cells, areas / 2.0, minlength=self.grid.count)
         if self._include_pieces:

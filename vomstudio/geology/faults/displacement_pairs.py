@@ -54,7 +54,7 @@ class Displacements(PrintableResult):
     skipped : tuple of dict
         Pairs without a result, with the reasons.
     warnings : tuple of Finding
-        Warnings about slip directions and movements that leave the fault plane.
+        Warnings about slip directions and movements that deviate from the fault plane.
     """
 
     what: str

@@ -321,7 +321,7 @@ def _bingham_confidence(
 
 
 def fisher_p(v: FloatArray, mean: FloatArray, kappa: float | None) -> float | None:
-    """Return the p-value of Fisher's distribution for a set of directions.
+    """Return the goodness-of-fit p-value of the Fisher distribution for directions.
 
     Parameters
     ----------

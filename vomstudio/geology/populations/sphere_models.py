@@ -363,7 +363,7 @@ def _scale_rows(cross_products: FloatArray, matrix: FloatArray) -> FloatArray:
 
 
 def bingham_p(model: Bingham, x: FloatArray) -> float:
-    """Return the p-value of a Bingham model, based on fourth-order harmonics.
+    """Return the goodness-of-fit p-value of a Bingham model, based on fourth-order harmonics.
 
     Parameters
     ----------
@@ -386,7 +386,7 @@ def bingham_p(model: Bingham, x: FloatArray) -> float:
 
 
 def kent_p(model: Kent, x: FloatArray) -> float:
-    """Return the p-value of a Kent model, based on skewness and kurtosis.
+    """Return the goodness-of-fit p-value of a Kent model, based on skewness and kurtosis.
 
     Parameters
     ----------
@@ -409,7 +409,7 @@ def kent_p(model: Kent, x: FloatArray) -> float:
 
 
 def fisher_model_p(kappa: float, x: FloatArray) -> float:
-    """Return the p-value of a Fisher model.
+    """Return the goodness-of-fit p-value of a Fisher model.
 
     The test rejects elongated or skewed clusters and those with a different radial decay.
 

@@ -256,8 +256,8 @@ def _projected_areas(plane_corners: FloatArray) -> FloatArray:
 
 def _has_projected_area(plane_corners: FloatArray) -> BoolArray:
     """Return whether triangles (k, 3, 2) are not edge-on."""
-    max_length = (np.ptp(plane_corners, axis=1) ** 2).sum(axis=1)
-    return np.asarray(_projected_areas(plane_corners) > 1e-9 * max_length)
+    squared_diagonal = (np.ptp(plane_corners, axis=1) ** 2).sum(axis=1)
+    return np.asarray(_projected_areas(plane_corners) > 1e-9 * squared_diagonal)
 
 
 def _find_faces_below_outline(projected_faces: FloatArray, outline: FloatArray) -> IntArray:

@@ -13,7 +13,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry import transform
 from vomstudio.geometry.frames import Frame, UpAxis
 from vomstudio.geometry.matrices import IDENTITY, Matrix
-from vomstudio.geometry.registration_frames import change_file_frame, change_world
+from vomstudio.geometry.registration_frames import change_file_frame, change_world_frame
 from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.units import METRES_PER_UNIT
 from vomstudio.io.gate.axes import assumed_frame_findings, choose_axes
@@ -207,7 +207,7 @@ def _reproject_registration(
     transformation = np.eye(4)
     transformation[:3, :3] = np.cbrt(singular_values.prod()) * left_vectors @ right_vectors
     transformation[:3, 3] = reprojection.apply(centre[None])[0] - transformation[:3, :3] @ centre
-    converted_registration = change_world(
+    converted_registration = change_world_frame(
         registration, transformation, Frame("crs", loaded_model.crs)
     )
     # The coordinates of the file were converted as well.

@@ -12,8 +12,8 @@ import math
 import struct
 
 _SIGNATURE = b"Apple iOS\0"
-_ACCELERATION = 8
-_SIGNED_RATIOS = 10
+_ACCELERATION_TAG = 8
+_SRATIONAL_TYPE = 10
 # Range of the acceleration of a phone at rest, in units of g.
 REST_RANGE_G = (0.9, 1.1)
 
@@ -36,7 +36,7 @@ def acceleration(note: object) -> Vector | None:
             tag, kind, values, offset = struct.unpack_from(
                 byte_order + "HHII", note, 16 + 12 * entry
             )
-            if (tag, kind, values) == (_ACCELERATION, _SIGNED_RATIOS, 3):
+            if (tag, kind, values) == (_ACCELERATION_TAG, _SRATIONAL_TYPE, 3):
                 integers = struct.unpack_from(byte_order + "6i", note, offset)
                 x, y, z = (
                     numerator / denominator

@@ -1,4 +1,4 @@
-"""Photos with their cameras and poses, stored next to the reconstructed model.
+"""The program's own camera file `cameras.json`: photos with their cameras and poses.
 
 `cameras.json` contains all data needed to view the model in its photos. `cameras.csv` contains the
 camera centres for other programs.

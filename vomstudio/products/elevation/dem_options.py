@@ -84,9 +84,7 @@ class DemFiles(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         label=to_translate("Contours"),
-        help=to_translate(
-            "also write contours, NAME_contours.gpkg, at multiples of this height, m"
-        ),
-        tip=to_translate("Draw contour lines at multiples of this height"),
+        help=to_translate("also write contours with this interval, m, to NAME_contours.gpkg"),
+        tip=to_translate("Contour interval"),
         empty_text=to_translate("none"),
     )

@@ -60,7 +60,7 @@ class FracturePage:
 
     Parameters
     ----------
-    columns_mm : tuple of float
+    legend_column_widths_mm : tuple of float
         Widths of the legend's columns.
     rows : int
         Number of rows of the legend; 0 without a legend.
@@ -68,12 +68,12 @@ class FracturePage:
         Letters of the panels in the lower row: d for lengths, e for intensity.
     """
 
-    columns_mm: tuple[float, ...]
+    legend_column_widths_mm: tuple[float, ...]
     rows: int
     curves: str
 
     @property
-    def curve_row_mm(self) -> float:
+    def curve_row_height_mm(self) -> float:
         """Height of the row of curves."""
         return _TITLES_MM + _CURVES_MM + _AXIS_MM if self.curves else _MARGIN_MM
 
@@ -85,7 +85,9 @@ class FracturePage:
     @property
     def height_mm(self) -> float:
         """Height of the page."""
-        return _MARGIN_MM + _TITLES_MM + _PANEL_MM + self.legend_height_mm + self.curve_row_mm
+        return (
+            _MARGIN_MM + _TITLES_MM + _PANEL_MM + self.legend_height_mm + self.curve_row_height_mm
+        )
 
 
 def lay_out_page(mapped_network: MappedNetwork, style: NetStyle = PRINT) -> FracturePage:
@@ -237,8 +239,8 @@ def _draw_legend(
     page_axes: Axes, mapped_network: MappedNetwork, page: FracturePage, top: float, style: NetStyle
 ) -> None:
     for k, text in enumerate(_legend_texts(mapped_network)):
-        row, column = divmod(k, len(page.columns_mm))
-        x = _MARGIN_MM + sum(page.columns_mm[:column]) + _LEGEND_GAP_MM * column
+        row, column = divmod(k, len(page.legend_column_widths_mm))
+        x = _MARGIN_MM + sum(page.legend_column_widths_mm[:column]) + _LEGEND_GAP_MM * column
         y = top - _MARGIN_MM - _LEGEND_ROW_MM * (row + 0.5)
         if k < MAX_SETS - 1 or len(mapped_network.sets) <= MAX_SETS:
             page_axes.plot(

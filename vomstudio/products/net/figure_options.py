@@ -230,7 +230,8 @@ class StereonetOptions(Options):
         maximum=10.0,
         metavar="S",
         help=to_translate(
-            "smoothness of Kamb's methods: standard deviations expected for a uniform distribution"
+            "smoothing of Kamb's methods: expected count of a uniform distribution, in standard"
+            " deviations"
         ),
     )
     untilt: str | None = option(

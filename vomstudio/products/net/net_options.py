@@ -219,21 +219,21 @@ class NetRotation:
         return replace(line, line=Line.from_vector(vector), axis=axis)
 
 
-def rotate_net(net: NetContents, turning: NetRotation) -> NetContents:
+def rotate_net(net: NetContents, rotation: NetRotation) -> NetContents:
     """Rotate a net and recompute its means."""
-    sets = [turning.rotate_set(set_) for set_ in net.sets]
+    sets = [rotation.rotate_set(set_) for set_ in net.sets]
     keys_with_mean = {mean.color + mean.marker for mean in net.means}
     clustered_sets = [set_ for set_ in sets if set_.color + set_.marker in keys_with_mean]
     return replace(
         net,
         sets=tuple(sets),
         means=compute_means(clustered_sets, net.notation, net.decimals),
-        errors=tuple(turning.rotate_ellipse(error) for error in net.errors),
+        errors=tuple(rotation.rotate_ellipse(error) for error in net.errors),
         user_circles=tuple(
-            turning.rotate_circle(circle, net.notation) for circle in net.user_circles
+            rotation.rotate_circle(circle, net.notation) for circle in net.user_circles
         ),
-        marks=tuple(map(turning.rotate_mark, net.marks)),
-        notes=(*net.notes, *turning.notes),
+        marks=tuple(map(rotation.rotate_mark, net.marks)),
+        notes=(*net.notes, *rotation.notes),
     )
 
 

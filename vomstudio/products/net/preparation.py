@@ -31,7 +31,7 @@ class NetAdditions:
 
     Parameters
     ----------
-    turning : NetRotation
+    rotation : NetRotation
         Rotation that is applied to everything.
     circles, marks : tuples
         Circles and directions entered by the user.
@@ -43,7 +43,7 @@ class NetAdditions:
         Filter that selects the planes of the fold axis; None if no axis is requested.
     """
 
-    turning: NetRotation = field(default_factory=NetRotation)
+    rotation: NetRotation = field(default_factory=NetRotation)
     circles: tuple[NetCircle, ...] = ()
     marks: tuple[NetMark, ...] = ()
     statistics: frozenset[str] = frozenset()
@@ -65,10 +65,10 @@ class NetAdditions:
         if self.errors:
             net = replace(net, errors=error_ellipses(rows))
         net = replace(net, user_circles=self.circles, marks=self.marks)
-        if self.turning.has_rotation:
-            net = rotate_net(net, self.turning)
+        if self.rotation.has_rotation:
+            net = rotate_net(net, self.rotation)
         if self.fold is not None:
-            rotate_vectors = self.turning.vectors if self.turning.has_rotation else None
+            rotate_vectors = self.rotation.vectors if self.rotation.has_rotation else None
             fold, not_good_count = fold_axis_of_table(rows, self.fold, rotate_vectors)
             net = replace(net, fold=fold, fold_not_good_count=not_good_count)
         return add_statistics(net, self.statistics)
@@ -97,7 +97,7 @@ def additions_from_options(options: StereonetOptions) -> NetAdditions:
     slips = [parse_slip(text) for text in options.slip_lines]
     rotate = options.rotate
     return NetAdditions(
-        turning=NetRotation(plane)
+        rotation=NetRotation(plane)
         if rotate is None
         else NetRotation(plane, *parse_rotation(rotate)),
         circles=(

@@ -52,30 +52,30 @@ class LogPage:
     ----------
     scale : float
         Denominator of the scale.
-    column_mm : float
+    column_height_mm : float
         Height of the column.
-    rows_mm : (n,) array
+    label_heights_mm : (n,) array
         Height of the text of each bed above the base of the column; NaN if the text does not fit.
     lowest_mm, highest_mm : float
         Lower and upper limits of the drawing, relative to the base of the column.
     width_mm : float
         Width of the page.
-    notes_mm : float
+    notes_height_mm : float
         Height of the grain sizes and notes below the column.
     """
 
     scale: float
-    column_mm: float
-    rows_mm: FloatArray
+    column_height_mm: float
+    label_heights_mm: FloatArray
     lowest_mm: float
     highest_mm: float
     width_mm: float
-    notes_mm: float
+    notes_height_mm: float
 
     @property
     def base_mm(self) -> float:
         """Lower edge of the page, relative to the base of the column."""
-        return self.lowest_mm - _BOTTOM_MM - self.notes_mm
+        return self.lowest_mm - _BOTTOM_MM - self.notes_height_mm
 
     @property
     def height_mm(self) -> float:
@@ -102,12 +102,12 @@ def lay_out_page(log: BedLog) -> LogPage:
     columns = columns or int(any(i.lithology for i in log.intervals))
     return LogPage(
         scale=scale,
-        column_mm=column,
-        rows_mm=rows,
+        column_height_mm=column,
+        label_heights_mm=rows,
         lowest_mm=low,
         highest_mm=high,
         width_mm=_WIDTHS_MM[columns],
-        notes_mm=_NOTE_ROW_MM * len(_legend_parts(_bed_styles(log))),
+        notes_height_mm=_NOTE_ROW_MM * len(_legend_parts(_bed_styles(log))),
     )
 
 
@@ -177,7 +177,7 @@ def draw_log(
     ax.set_ylim(page.base_mm, page.highest_mm + _TOP_MM)
     ax.set_axis_off()
     styles = _bed_styles(log)
-    for interval, appearance, row in zip(log.intervals, styles, page.rows_mm, strict=True):
+    for interval, appearance, row in zip(log.intervals, styles, page.label_heights_mm, strict=True):
         low, high = (1000.0 * value / page.scale for value in (interval.base_m, interval.top_m))
         _draw_bed(ax, low, high, appearance, style)
         if np.isfinite(row):
@@ -286,10 +286,10 @@ def _draw_heights(ax: Axes, page: LogPage, is_metric: bool, style: NetStyle) -> 
         "linewidth": style.line_pt,
         "clip_on": False,
     }
-    ax.plot([-3.0, -3.0], [0.0, page.column_mm], **line_options)
+    ax.plot([-3.0, -3.0], [0.0, page.column_height_mm], **line_options)
     step = _round_up(0.001 * page.scale * 8.0)
     decimals = max(0, -math.floor(math.log10(step) + 1e-9))
-    count = math.floor(0.001 * page.column_mm * page.scale / step + 1e-9)
+    count = math.floor(0.001 * page.column_height_mm * page.scale / step + 1e-9)
     for k in range(count + 1):
         y = 1000.0 * k * step / page.scale
         ax.plot([-4.5, -3.0], [y, y], **line_options)
@@ -303,11 +303,11 @@ def _draw_heights(ax: Axes, page: LogPage, is_metric: bool, style: NetStyle) -> 
             fontsize=0.9 * style.font_pt,
         )
     label = tr("height above the oldest boundary ({unit})", unit="m" if is_metric else tr("units"))
-    if page.column_mm < 60.0:
+    if page.column_height_mm < 60.0:
         label = tr("height ({unit})", unit="m" if is_metric else tr("units"))
     ax.text(
         -_LEFT_MM + 2.0,
-        0.5 * page.column_mm,
+        0.5 * page.column_height_mm,
         label,
         rotation=90,
         ha="left",

@@ -37,7 +37,7 @@ from vomstudio.products.section.section_lines import Curtain, curtain_from_plane
 SUFFIXES = (".csv", ".gpkg")
 COLUMNS = ("bed", "line", "x", "y", "z", "error95_m")
 LAYER_NAME = "extended_planes"
-_LINKED_NEIGHBOURS = 6
+_N_NEIGHBOURS = 6
 DEFAULT_OPTIONS = ExtendOptions()
 
 
@@ -280,7 +280,7 @@ def _crossings(points: FloatArray, distances: FloatArray, spacing: float) -> Flo
     near_points, offsets = points[rows] - points[rows[0]], distances[rows]
     _, neighbours = cKDTree(near_points).query(
         near_points,
-        k=min(_LINKED_NEIGHBOURS + 1, len(near_points)),
+        k=min(_N_NEIGHBOURS + 1, len(near_points)),
         distance_upper_bound=SLAB_SPACINGS * spacing,
     )
     first_rows = np.repeat(np.arange(len(near_points)), neighbours.shape[1])

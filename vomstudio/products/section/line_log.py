@@ -81,12 +81,14 @@ class LogRequest:
 
 @dataclass(frozen=True)
 class Boundary:
-    """Boundary of a log.
+    """Boundary of an interval of a log along a line.
 
     Attributes
     ----------
     key : str
         Id of a trace, or `POINT_PREFIX` and the index of a point of the line.
+    name : str
+        Name of the trace or point.
     position : (float, float, float)
         Position in the World frame, m.
     """

@@ -440,14 +440,14 @@ def describe_section(curtain: Curtain, section_cut: Cut, unit: str) -> str:
     """Describe a section in one sentence."""
     plane = curtain.plane
     if plane is None:
-        text = tr("Vertical section along a line of {count} pieces", count=len(curtain.panels))
+        text = tr("Vertical section along a line of {count} segments", count=len(curtain.panels))
     else:
         text = tr(
             "Section along the plane {plane} (dip direction/dip, °)", plane=format_plane(plane)
         )
     if section_cut.slab_m is not None:
         text += "; " + tr(
-            "points of a slab {slab:.3g} {unit} thick", slab=section_cut.slab_m, unit=unit
+            "points in a slab {slab:.3g} {unit} thick", slab=section_cut.slab_m, unit=unit
         )
     return text
 

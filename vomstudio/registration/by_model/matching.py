@@ -18,7 +18,7 @@ from vomstudio.registration.similarity import Similarity
 
 _CELLS_PER_DISTANCE = 4.0
 """Cells per correspondence distance; smaller cells add no information."""
-_NEIGHBOURS = 20
+_N_NEIGHBOURS = 20
 _MIN_POINTS = 12
 _MAX_ITERATIONS = 40
 _MAX_STEPS = 8
@@ -86,7 +86,7 @@ def _step(source: Any, target: Any, transform_matrix: FloatArray, distance: floa
     thinned_source, thinned_target = source.voxel_down_sample(cell), target.voxel_down_sample(cell)
     if min(len(thinned_source.point.positions), len(thinned_target.point.positions)) < _MIN_POINTS:
         return transform_matrix
-    thinned_target.estimate_normals(max_nn=_NEIGHBOURS)
+    thinned_target.estimate_normals(max_nn=_N_NEIGHBOURS)
     kernel = icp.robust_kernel.RobustKernel(
         icp.robust_kernel.RobustKernelMethod.TukeyLoss, distance / 2.0, 1.0
     )

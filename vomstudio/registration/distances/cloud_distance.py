@@ -17,7 +17,7 @@ _MAX_GAP = 3.0
 the edge: the nearest neighbour of one in 1e12 random points on a plane is this far away."""
 _BLOCK_SIZE = 200_000
 _MAX_COARSE_POINTS = 20_000
-_NEIGHBOURS = 10
+_N_NEIGHBOURS = 10
 _MIN_MEAN_NORMAL = 0.05
 
 
@@ -244,7 +244,7 @@ def propagate_orientation(
     from scipy.spatial import cKDTree
 
     k = len(positions)
-    count = min(_NEIGHBOURS + 1, k)
+    count = min(_N_NEIGHBOURS + 1, k)
     neighbours = np.atleast_2d(cKDTree(positions).query(positions, k=count)[1]).reshape(k, count)
     first_rows, second_rows = np.repeat(np.arange(k), count), neighbours.ravel()
     similarities = np.abs(np.einsum("ij,ij->i", normals[first_rows], normals[second_rows]))

@@ -135,8 +135,8 @@ def _set_camera(plotter: Any, models: Sequence[Mesh | PointCloud]) -> None:
         plotter.reset_camera()
         return
     trend, plunge = np.radians(first_view(models[0], np.eye(4)))
-    distances = [np.sin(trend) * np.cos(plunge), np.cos(trend) * np.cos(plunge), -np.sin(plunge)]
-    plotter.view_vector([-v for v in distances], viewup=(0.0, 0.0, 1.0))
+    direction = [np.sin(trend) * np.cos(plunge), np.cos(trend) * np.cos(plunge), -np.sin(plunge)]
+    plotter.view_vector([-v for v in direction], viewup=(0.0, 0.0, 1.0))
     plotter.reset_camera()
 
 

@@ -50,8 +50,8 @@ class ColorBar:
         ]
         self._header_height = bold.height() + self._line * (len(self._captions) - 1) + 5.0
         self._footer_height = self._line + 5.0 if scale.missing else 0.0
-        total_width = [bold.horizontalAdvance(self._captions[0])]
-        total_width += [plain_metrics.horizontalAdvance(t) for t in self._captions[1:]]
+        row_widths = [bold.horizontalAdvance(self._captions[0])]
+        row_widths += [plain_metrics.horizontalAdvance(t) for t in self._captions[1:]]
         available_space = max(bottom - top, 40.0)
         self._omitted_count = 0
         if scale.kind == "categories":
@@ -70,22 +70,22 @@ class ColorBar:
                 self._omitted_count = len(self._rows) - (max_rows - 1)
                 self._rows = self._rows[: max_rows - 1]
             labels = [c.name for c in self._rows] + self._omitted_text()
-            inner_width = row * len(labels)
+            inner_height = row * len(labels)
         else:
-            inner_width = (
+            inner_height = (
                 min(MAX_BAR_HEIGHT, available_space)
                 - self._header_height
                 - self._footer_height
                 - 2.0 * PAD
             )
-            labels = [text for _, text in self._ticks(inner_width)]
+            labels = [text for _, text in self._ticks(inner_height)]
         text_width = max([plain_metrics.horizontalAdvance(w) for w in labels], default=0.0)
-        total_width.append(BAR_WIDTH + 8.0 + text_width)
+        row_widths.append(BAR_WIDTH + 8.0 + text_width)
         if scale.missing:
-            total_width.append(BAR_WIDTH + 8.0 + plain_metrics.horizontalAdvance(tr(MISSING_TEXT)))
-        width = max(total_width) + 2.0 * PAD
-        height = self._header_height + inner_width + self._footer_height + 2.0 * PAD
-        self._inner_width = inner_width
+            row_widths.append(BAR_WIDTH + 8.0 + plain_metrics.horizontalAdvance(tr(MISSING_TEXT)))
+        width = max(row_widths) + 2.0 * PAD
+        height = self._header_height + inner_height + self._footer_height + 2.0 * PAD
+        self._inner_height = inner_height
         self.box = QRectF(right - width, top, width, height)
 
     def _omitted_text(self) -> list[str]:
@@ -143,7 +143,7 @@ class ColorBar:
             self._paint_ramp(painter, left, top)
         if self.scale.missing:
             self._swatch(
-                painter, left, top + self._inner_width + 5.0, MISSING_COLOR, tr(MISSING_TEXT)
+                painter, left, top + self._inner_height + 5.0, MISSING_COLOR, tr(MISSING_TEXT)
             )
         painter.restore()
 
@@ -172,13 +172,13 @@ class ColorBar:
         metrics = QFontMetricsF(self._font)
         # Adds half a line above and below, because the texts of the ends extend beyond the bar.
         half_height = metrics.capHeight() / 2.0 + 1.0
-        ramp = QRectF(left, top + half_height, BAR_WIDTH, self._inner_width - 2.0 * half_height)
+        ramp = QRectF(left, top + half_height, BAR_WIDTH, self._inner_height - 2.0 * half_height)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, False)
         painter.drawImage(ramp, strip)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(TEXT, 0.8))
         painter.drawRect(ramp)
-        for ratio, text in self._ticks(self._inner_width):
+        for ratio, text in self._ticks(self._inner_height):
             y = ramp.bottom() - ratio * ramp.height()
             painter.setPen(QPen(TEXT, 1.0))
             painter.drawLine(QPointF(ramp.right(), y), QPointF(ramp.right() + 4.0, y))
@@ -250,12 +250,12 @@ def draw_clip_box(
         if not np.isfinite(centres[k]).all():
             continue
         x, y = centres[k]
-        max_distance = HANDLE_RADIUS + (1.5 if k == hovered else 0.0)
+        radius = HANDLE_RADIUS + (1.5 if k == hovered else 0.0)
         fill = QColor(BOX_COLOR if k == hovered else "#ffffff")
         fill.setAlphaF(0.95 if usable_flags[k] else 0.35)
         painter.setPen(QPen(DARK, 1.6))
         painter.setBrush(fill)
-        painter.drawEllipse(QPointF(x, y), max_distance, max_distance)
+        painter.drawEllipse(QPointF(x, y), radius, radius)
         letter = letters[axis] + ("+" if side else "−")
         painter.setPen(DARK)
         painter.drawText(

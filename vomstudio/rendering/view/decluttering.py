@@ -53,7 +53,8 @@ class LabelGrid:
     def collisions(self, boxes: FloatArray) -> BoolArray:
         """Return which rectangles (n, 4) overlap another one or leave the image.
 
-        Rectangles are x, y, width, height. `take` would reject the returned ones now and later.
+        Rectangles are x, y, width, height. Rejected rectangles stay rejected,
+        because occupied cells are never freed.
         """
         x, y, width, height = boxes.T
         is_rejected = (x < 0) | (y < 0) | (x + width > self.width) | (y + height > self.height)
@@ -93,7 +94,7 @@ def place_labels(
     sizes: FloatArray,
     order: IntArray,
     gap: float = 7.0,
-    corners: IntArray | None = None,
+    position_indices: IntArray | None = None,
     clearances: FloatArray | None = None,
 ) -> dict[int, tuple[float, float]]:
     """Place labels beside their anchors; return the upper-left corners of labels that fit.
@@ -112,39 +113,39 @@ def place_labels(
         Rows of the labels, in decreasing order of importance.
     gap : float, optional
         Distance of a label from its anchor, pixels.
-    corners : (n,) int, optional
+    position_indices : (n,) int, optional
         Index of the previous position of each label, which is preferred so that labels do not
         jump around their anchors while the view rotates. The values of placed labels are updated.
     clearances : (n,) float64, optional
-        Margin, in pixels, that must be free around a label at its first position. Otherwise the
-        label is omitted.
+        Margin, in pixels, that must be free around a label at the position that is tried
+        first. Otherwise the label is omitted.
     """
     placed_labels: dict[int, tuple[float, float]] = {}
     is_finite_anchor = np.asarray(np.isfinite(anchors).all(axis=1))
     rows = order[is_finite_anchor[order]]
-    spots = _spots(grid, anchors[rows], sizes[rows], gap)
+    candidates = _candidate_boxes(grid, anchors[rows], sizes[rows], gap)
     margins = np.zeros(len(rows)) if clearances is None else clearances[rows]
     stop = 0
     while stop < len(rows):
-        # Most of thousands of labels do not fit. Many are therefore tested at once, and the
-        # more, the fuller the image is.
+        # Most of thousands of labels do not fit. They are therefore tested in batches, which double
+        # in size as the image fills.
         part = slice(stop, max(2 * stop, BATCH_SIZE))
         stop = part.stop
-        is_blocked = grid.collisions(spots[part].reshape(-1, 4)).reshape(-1, len(POSITIONS))
+        is_blocked = grid.collisions(candidates[part].reshape(-1, 4)).reshape(-1, len(POSITIONS))
         open_indices = np.flatnonzero(~is_blocked.all(axis=1))
         candidates_by_anchor = zip(
             rows[part][open_indices].tolist(),
-            spots[part][open_indices].tolist(),
+            candidates[part][open_indices].tolist(),
             is_blocked[open_indices].tolist(),
             margins[part][open_indices].tolist(),
             strict=True,
         )
         # Uses plain numbers, because accessing single array elements would take longer than the
         # placement.
-        for i, anchor_spots, is_spot_blocked, clearance in candidates_by_anchor:
-            last_corner = 0 if corners is None else int(corners[i])
+        for i, anchor_candidates, is_candidate_blocked, clearance in candidates_by_anchor:
+            last_position = 0 if position_indices is None else int(position_indices[i])
             if clearance > 0.0:
-                x0, y0, width, height = anchor_spots[last_corner]
+                x0, y0, width, height = anchor_candidates[last_position]
                 if not grid.is_free(
                     x0 - clearance,
                     y0 - clearance,
@@ -152,16 +153,16 @@ def place_labels(
                     height + 2 * clearance,
                 ):
                     continue
-            for k in (last_corner, *(k for k in POSITIONS if k != last_corner)):
-                if not is_spot_blocked[k] and grid.take(*anchor_spots[k]):
-                    placed_labels[i] = (anchor_spots[k][0], anchor_spots[k][1])
-                    if corners is not None:
-                        corners[i] = k
+            for k in (last_position, *(k for k in POSITIONS if k != last_position)):
+                if not is_candidate_blocked[k] and grid.take(*anchor_candidates[k]):
+                    placed_labels[i] = (anchor_candidates[k][0], anchor_candidates[k][1])
+                    if position_indices is not None:
+                        position_indices[i] = k
                     break
     return placed_labels
 
 
-def _spots(
+def _candidate_boxes(
     grid: LabelGrid,
     anchors: FloatArray,
     sizes: FloatArray,
@@ -177,8 +178,10 @@ def _spots(
     y_above, y_below = y - gap - height, y + gap
     columns = [right, right, left, left, centre, centre]
     rows = [y_above, y_below] * 3
-    spots = [np.stack([a, b, width, height], axis=1) for a, b in zip(columns, rows, strict=True)]
-    return np.stack(spots, axis=1)
+    candidates = [
+        np.stack([a, b, width, height], axis=1) for a, b in zip(columns, rows, strict=True)
+    ]
+    return np.stack(candidates, axis=1)
 
 
 def order_by_importance(

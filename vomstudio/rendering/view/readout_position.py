@@ -163,19 +163,19 @@ class ReadingPosition:
 
 def _candidate_boxes(size: Size, view: Size, picked_points: PickedPoints) -> list[PixelBox]:
     """Return the candidate positions: six at the cursor, then those along the edges."""
-    (total_width, high), (width, height), (x, y) = size, view, picked_points.cursor
+    (box_width, box_height), (width, height), (x, y) = size, view, picked_points.cursor
     x_right, x_left = (
         x + max(20.0, picked_points.clearance + 8.0),
-        x - max(16.0, picked_points.clearance + 8.0) - total_width,
+        x - max(16.0, picked_points.clearance + 8.0) - box_width,
     )
-    y_below, y_above = y + 18.0, y - 14.0 - high
+    y_below, y_above = y + 18.0, y - 14.0 - box_height
     below, above = (
         y + max(24.0, picked_points.clearance + 12.0),
-        y - max(20.0, picked_points.clearance + 12.0) - high,
+        y - max(20.0, picked_points.clearance + 12.0) - box_height,
     )
-    centre = x - total_width / 2.0
-    x_max, y_max = width - EDGE_MARGIN - total_width, height - EDGE_MARGIN - high
-    mid_x, mid_y = (width - total_width) / 2.0, (height - high) / 2.0
+    centre = x - box_width / 2.0
+    x_max, y_max = width - EDGE_MARGIN - box_width, height - EDGE_MARGIN - box_height
+    mid_x, mid_y = (width - box_width) / 2.0, (height - box_height) / 2.0
     corners = [
         (x_right, y_below),
         (x_right, y_above),
@@ -194,19 +194,17 @@ def _candidate_boxes(size: Size, view: Size, picked_points: PickedPoints) -> lis
         (x_max, y_max),
     ]
     return [
-        (max(EDGE_MARGIN, min(a, x_max)), max(EDGE_MARGIN, min(b, y_max)), total_width, high)
+        (max(EDGE_MARGIN, min(a, x_max)), max(EDGE_MARGIN, min(b, y_max)), box_width, box_height)
         for a, b in corners
     ]
 
 
 def _grid_boxes(size: Size, view: Size) -> list[PixelBox]:
     """Return a grid of positions over the view, used if all preferred positions are covered."""
-    (total_width, high), (width, height) = size, view
-    columns = np.linspace(
-        EDGE_MARGIN, max(width - EDGE_MARGIN - total_width, EDGE_MARGIN), GRID_SIZE
-    )
-    rows = np.linspace(EDGE_MARGIN, max(height - EDGE_MARGIN - high, EDGE_MARGIN), GRID_SIZE)
-    return [(float(x), float(y), total_width, high) for y in rows for x in columns]
+    (box_width, box_height), (width, height) = size, view
+    columns = np.linspace(EDGE_MARGIN, max(width - EDGE_MARGIN - box_width, EDGE_MARGIN), GRID_SIZE)
+    rows = np.linspace(EDGE_MARGIN, max(height - EDGE_MARGIN - box_height, EDGE_MARGIN), GRID_SIZE)
+    return [(float(x), float(y), box_width, box_height) for y in rows for x in columns]
 
 
 def _covered_length(box: PixelBox, picked_points: PickedPoints, margin: float) -> float:
@@ -215,8 +213,8 @@ def _covered_length(box: PixelBox, picked_points: PickedPoints, margin: float) -
     The cost is the length of covered lines in pixels; each vertex, and especially the cursor,
     counts as many pixels.
     """
-    x, y, box_width, high = box
-    widened_box = (x - margin, y - margin, box_width + 2 * margin, high + 2 * margin)
+    x, y, box_width, box_height = box
+    widened_box = (x - margin, y - margin, box_width + 2 * margin, box_height + 2 * margin)
     cost = float(_lengths_inside(widened_box, picked_points.segments()).sum())
     points = picked_points.points()
     cost += VERTEX_COST * int(_is_inside(widened_box, points, 0.0).sum())
@@ -236,16 +234,16 @@ def _overlaps(box: PixelBox, other_box: PixelBox) -> bool:
 
 
 def _is_inside(box: PixelBox, points: FloatArray, margin: float) -> BoolArray:
-    x, y, box_width, high = box
-    low, top = np.array([x, y]) - margin, np.array([x + box_width, y + high]) + margin
+    x, y, box_width, box_height = box
+    low, top = np.array([x, y]) - margin, np.array([x + box_width, y + box_height]) + margin
     return np.asarray(((points > low) & (points < top)).all(axis=1))
 
 
 def _lengths_inside(box: PixelBox, segments: FloatArray) -> FloatArray:
     """Return the length (s,) of each segment inside a box (Liang & Barsky 1984)."""
-    x, y, box_width, high = box
+    x, y, box_width, box_height = box
     start, direction = segments[:, :2], segments[:, 2:] - segments[:, :2]
-    low, top = np.array([x, y]), np.array([x + box_width, y + high])
+    low, top = np.array([x, y]), np.array([x + box_width, y + box_height])
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         a, b = (low - start) / direction, (top - start) / direction
     is_parallel = direction == 0.0

@@ -23,7 +23,7 @@ from vomstudio.studio.tools.element_selection import mask_from_dict, mask_to_dic
 from vomstudio.studio.visibility import Visibility
 
 VIEW_KEY = "hidden_elements"
-_NEIGHBOURS = "neighbours"
+_NEIGHBOURS_KEY = "neighbours"
 
 
 class ModelElements:
@@ -87,7 +87,7 @@ class ModelElements:
                 lambda: build_neighbour_graph(open_model.data, open_model.resolution or 0.0),
                 partial(self._store, open_model),
                 lambda error: self._store(open_model, to_finding(error)),
-                key=_NEIGHBOURS,
+                key=_NEIGHBOURS_KEY,
             )
         return None
 
@@ -157,5 +157,5 @@ class ModelElements:
     def clear_state(self) -> None:
         """Reset because another project is opened."""
         self._hidden.clear()
-        self._background.cancel(_NEIGHBOURS)
+        self._background.cancel(_NEIGHBOURS_KEY)
         self._neighbours = self._pending_request = None

@@ -151,7 +151,7 @@ class FollowingTool(PolylineTool[F]):
 
     @property
     def votes(self) -> str | None:
-        """Description of the photos in which the feature is followed, with their confirmation.
+        """Text that names the photos used to follow the feature and the share that others confirm.
 
         None if the feature is not followed in a photo.
         """

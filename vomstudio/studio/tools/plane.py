@@ -543,7 +543,7 @@ class PlaneTool(ElementTool):
             return False
         type_id = str(state.get("type_id", ""))
         if get(records, type_id, FeatureType) is not None:
-            self._context.set_next(type_id, str(state.get("set_name", "")))
+            self._context.set_next_type(type_id, str(state.get("set_name", "")))
         return True
 
     # --- preview ------------------------------------------------------------------------------

@@ -109,7 +109,7 @@ class ToolContext(Protocol):
     def next_set(self) -> str:
         """Set of the next feature."""
 
-    def set_next(self, type_id: str, set_name: str) -> None:
+    def set_next_type(self, type_id: str, set_name: str) -> None:
         """Set the feature type and set of the next feature."""
 
     def surface(self, model_id: str) -> SelectableSurface | None:

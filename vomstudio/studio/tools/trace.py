@@ -137,7 +137,7 @@ class TraceTool(FollowingTool[Trace]):
         if not super().restore(state):
             return False
         if self._feature is not None:
-            self._context.set_next(self._feature.type_id, self._feature.set_name)
+            self._context.set_next_type(self._feature.type_id, self._feature.set_name)
         return True
 
     def set_type(self, type_id: str, set_name: str) -> None:

@@ -33,7 +33,7 @@ class Studio(QObject):
     selection_changed = Signal(object)  # tuple of ids
     model_loaded = Signal(str)
     frame_requested = Signal(str)
-    next_changed = Signal()
+    next_type_changed = Signal()
     tool_changed_signal = Signal()
     active_tool_changed = Signal(str)
     preview = Signal(object)  # Preview | None
@@ -117,10 +117,10 @@ class Studio(QObject):
         self.crs_codes = w.derived.crs_codes
         self.frame_name, self.write_layers = w.derived.frame_name, w.layers.write
 
-        self.activate, self.pointer, self.set_next = (
+        self.activate, self.pointer, self.set_next_type = (
             w.tools.activate,
             w.tools.pointer,
-            w.tools.set_next,
+            w.tools.set_next_type,
         )
         self.finish_tool, self.cancel_tool = w.tools.finish, w.tools.cancel
         self.undo_click = w.tools.undo_click
@@ -140,7 +140,7 @@ class Studio(QObject):
         w.selection.changed.connect(self.selection_changed.emit)
         w.models.loaded.connect(self.model_loaded.emit)
         w.models.frame_needed.connect(self.frame_requested.emit)
-        w.tools.next_changed.connect(self.next_changed.emit)
+        w.tools.next_type_changed.connect(self.next_type_changed.emit)
         w.tools.changed.connect(self.tool_changed_signal.emit)
         w.tools.active_changed.connect(self.active_tool_changed.emit)
         w.tools.preview.connect(self.preview.emit)

@@ -91,7 +91,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 @dataclass
 class _ObjReader:
-    """State of reading one file."""
+    """Parser of one OBJ file, with its state."""
 
     path: Path
     data: ByteArray  # ends with a line end that is not in the file

@@ -1,4 +1,4 @@
-"""Reading of the cameras of a model from files of any supported program."""
+"""Camera files of any supported program: search beside a model, and reading."""
 
 from __future__ import annotations
 

@@ -144,7 +144,7 @@ class ProjectTree(QWidget):
         studio.selection_changed.connect(self._show_selection)
         studio.visibility_changed.connect(self._show_visibility)
         studio.settings_changed.connect(self._apply_settings)
-        studio.next_changed.connect(self._update_counts)
+        studio.next_type_changed.connect(self._update_counts)
         self._notation = studio.settings.notation
 
     # --- display -----------------------------------------------------------------------------

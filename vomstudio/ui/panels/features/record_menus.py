@@ -166,7 +166,7 @@ class RecordMenus(QObject):
         ]
         use_action = menu.addAction(
             tr("Use for &next"),
-            lambda: studio.set_next(feature_type.id, studio.next_set),
+            lambda: studio.set_next_type(feature_type.id, studio.next_set),
         )
         use_action.setCheckable(True)
         use_action.setChecked(feature_type.id == studio.next_type_id)

@@ -142,9 +142,9 @@ class NetSource:
 
     def visible_sets(self) -> list[NetSet]:
         """Return the sets that are not hidden, rotated according to the view settings."""
-        turning, hidden_sets = self._view_settings.turning, self._view_settings.hidden_sets
+        rotation, hidden_sets = self._view_settings.rotation, self._view_settings.hidden_sets
         sets = [s for s in self.sets() if s.name not in hidden_sets]
-        return [turning.rotate_set(s) for s in sets] if turning.has_rotation else sets
+        return [rotation.rotate_set(s) for s in sets] if rotation.has_rotation else sets
 
     def contoured_type(self, sets: Iterable[NetSet]) -> str | None:
         """Return the name of the type that is contoured, or None for all sets together.
@@ -165,7 +165,7 @@ class NetSource:
         """Return the proposed features as grey sets, rotated according to the view settings."""
         sets = []
         for proposed in self.proposed.values():
-            planes, turning = proposed.planes, self._view_settings.turning
+            planes, rotation = proposed.planes, self._view_settings.rotation
             net_set = NetSet(
                 name=proposed.title,
                 kind="plane",
@@ -175,7 +175,7 @@ class NetSource:
                 color=UNASSIGNED_COLOR,
                 marker="o",
             )
-            sets.append(turning.rotate_set(net_set) if turning.has_rotation else net_set)
+            sets.append(rotation.rotate_set(net_set) if rotation.has_rotation else net_set)
         return [net_set for net_set in sets if len(net_set)]
 
     def selected_ids(self) -> frozenset[str]:
@@ -206,11 +206,11 @@ class NetSource:
         records = self._studio.records
         if not any(is_bed(records.get(id_)) for s in sets for id_ in s.ids):
             return None
-        planes, turning = self._studio.fold.planes(), self._view_settings.turning
-        if not turning.has_rotation:
+        planes, rotation = self._studio.fold.planes(), self._view_settings.rotation
+        if not rotation.has_rotation:
             return planes
         normals = planes_to_normals(planes.azimuth_deg, planes.dip_deg)
-        azimuth, dip, _ = normals_to_planes(turning.vectors(normals))
+        azimuth, dip, _ = normals_to_planes(rotation.vectors(normals))
         return replace(planes, azimuth_deg=azimuth, dip_deg=dip, rotation_errors=None)
 
     def repeat_notes(self) -> tuple[str, ...]:
@@ -318,8 +318,8 @@ class NetSource:
         return () if ellipse is None else self._rotate_ellipses([ellipse])
 
     def _rotate_ellipses(self, ellipses: Iterable[AnyEllipse]) -> tuple[AnyEllipse, ...]:
-        turning = self._view_settings.turning
-        return tuple(turning.rotate_ellipse(e) if turning.has_rotation else e for e in ellipses)
+        rotation = self._view_settings.rotation
+        return tuple(rotation.rotate_ellipse(e) if rotation.has_rotation else e for e in ellipses)
 
     # --- open feature ------------------------------------------------------------------------
     def live(self) -> LiveFeature | None:
@@ -330,13 +330,13 @@ class NetSource:
         if measurement.plane is None and measurement.line is None:
             return None
         feature = LiveFeature(measurement.plane, measurement.line, error_ellipse(measurement))
-        turning = self._view_settings.turning
-        return _rotate_live_net(feature, turning) if turning.has_rotation else feature
+        rotation = self._view_settings.rotation
+        return _rotate_live_net(feature, rotation) if rotation.has_rotation else feature
 
     # --- lines on planes ---------------------------------------------------------------------
     def slip_planes(self, sets: Iterable[NetSet]) -> tuple[NetCircle, ...]:
         """Return the distinct planes in which rakes were measured, at most `MAX_PLANES`."""
-        turning = self._view_settings.turning
+        rotation = self._view_settings.rotation
         circles: dict[tuple[float, float], NetCircle] = {}
         for s in sets:
             if s.kind != "line":
@@ -346,7 +346,7 @@ class NetSource:
                 plane = measurements[id_].on_plane
                 if plane is None or len(circles) >= MAX_PLANES:
                     continue
-                pole = Line.from_vector(turning.vectors(plane.normal()))
+                pole = Line.from_vector(rotation.vectors(plane.normal()))
                 key = round(pole.trend_deg, 6), round(pole.plunge_deg, 6)
                 circles.setdefault(key, NetCircle(pole, 90.0, "", s.color))
         return tuple(circles.values())
@@ -387,14 +387,14 @@ def _line_ellipse(measurement: Measurement) -> NetLineEllipse | None:
     return NetLineEllipse(line, major_deg, minor_deg, axis)
 
 
-def _rotate_live_net(live_net: LiveFeature, turning: NetRotation) -> LiveFeature:
+def _rotate_live_net(live_net: LiveFeature, rotation: NetRotation) -> LiveFeature:
     plane, line = live_net.plane, live_net.line
     if plane is not None:
-        direction, dip, _ = normals_to_planes(turning.vectors(plane.normal()))
+        direction, dip, _ = normals_to_planes(rotation.vectors(plane.normal()))
         plane = Plane(float(direction[0]), float(dip[0]))
     if line is not None:
-        line = Line.from_vector(turning.vectors(line.vector()))
-    ellipse = None if live_net.ellipse is None else turning.rotate_ellipse(live_net.ellipse)
+        line = Line.from_vector(rotation.vectors(line.vector()))
+    ellipse = None if live_net.ellipse is None else rotation.rotate_ellipse(live_net.ellipse)
     return replace(live_net, plane=plane, line=line, ellipse=ellipse)
 
 

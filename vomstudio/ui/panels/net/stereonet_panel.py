@@ -325,7 +325,7 @@ class StereonetPanel(QWidget):
             notation=studio.settings.notation,
             notes=(
                 *source.repeat_notes(),
-                *view_settings.turning.notes,
+                *view_settings.rotation.notes,
                 *(() if has_north else (_local_frame_note(),)),
             ),
             compact=True,
@@ -402,7 +402,7 @@ class StereonetPanel(QWidget):
         if self.view_settings.view != "net":
             roses = self.rose_contents()
             return replace(
-                roses, title=title, notes=(*roses.notes, *self.view_settings.turning.notes, *notes)
+                roses, title=title, notes=(*roses.notes, *self.view_settings.rotation.notes, *notes)
             )
         net = self.contents().replace_selection(())
         notes = (*net.notes, *notes)

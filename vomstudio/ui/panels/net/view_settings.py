@@ -31,7 +31,7 @@ class NetViewSettings(QObject):
         Typed circles before the rotation.
     marks : tuple of NetMark
         Typed marks before the rotation.
-    turning : NetRotation
+    rotation : NetRotation
         Rotation applied to all orientations.
     hidden_sets : frozenset of str
         Names of hidden sets.
@@ -52,7 +52,7 @@ class NetViewSettings(QObject):
         self.texts: dict[str, str] = {}
         self.circles: tuple[NetCircle, ...] = ()
         self.marks: tuple[NetMark, ...] = ()
-        self.turning = NetRotation()
+        self.rotation = NetRotation()
         self.hidden_sets: frozenset[str] = frozenset()
         self.contoured_type: str | None = ""
 
@@ -63,12 +63,12 @@ class NetViewSettings(QObject):
 
     def rotated_drawings(self) -> tuple[tuple[NetCircle, ...], tuple[NetMark, ...]]:
         """Return the typed circles and marks after the rotation of all orientations."""
-        turning = self.turning
-        if not turning.has_rotation:
+        rotation = self.rotation
+        if not rotation.has_rotation:
             return self.circles, self.marks
         notation = self._studio.settings.notation
-        circles = tuple(turning.rotate_circle(circle, notation) for circle in self.circles)
-        return circles, tuple(map(turning.rotate_mark, self.marks))
+        circles = tuple(rotation.rotate_circle(circle, notation) for circle in self.circles)
+        return circles, tuple(map(rotation.rotate_mark, self.marks))
 
     # --- typed drawings ----------------------------------------------------------------------
     def set_drawings(
@@ -76,10 +76,10 @@ class NetViewSettings(QObject):
         texts: dict[str, str],
         circles: tuple[NetCircle, ...],
         marks: tuple[NetMark, ...],
-        turning: NetRotation,
+        rotation: NetRotation,
     ) -> None:
         """Store the typed circles, marks and rotation."""
-        self.texts, self.circles, self.marks, self.turning = texts, circles, marks, turning
+        self.texts, self.circles, self.marks, self.rotation = texts, circles, marks, rotation
         self.changed.emit()
 
     def show_set(self, name: str, is_visible: bool) -> None:

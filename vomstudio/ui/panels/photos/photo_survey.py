@@ -53,7 +53,7 @@ JobRequest = tuple[Job[Request, Result], Request]
 
 
 class PhotoSurvey(QObject):
-    """Folder of photos in the Photos panel.
+    """Photo set of the Photos panel, with its survey check and reconstruction.
 
     Attributes
     ----------

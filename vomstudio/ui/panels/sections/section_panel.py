@@ -318,7 +318,7 @@ class SectionPanel(AnalysisPanel[SectionRequest, SectionResult]):
         if f.slab_m is not None:
             texts.append(
                 tr(
-                    "{count:,} points of a slab {slab:.3g} {unit} thick",
+                    "{count:,} points in a slab {slab:.3g} {unit} thick",
                     count=f.points,
                     slab=f.slab_m,
                     unit=unit,

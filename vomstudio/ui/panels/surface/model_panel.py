@@ -156,7 +156,7 @@ class ProposalsPanel(ModelPanel):
         self.type = TypeBox(self._studio)
         self.type.setObjectName(f"{self._prefix}_type")
         self.type.setToolTip(tr("Feature type of accepted proposals."))
-        self._studio.next_changed.connect(self._follow_type)
+        self._studio.next_type_changed.connect(self._follow_type)
         self._follow_type()
         self.filter = FilterLine(tr("Filter"), has_word_wrap=True)
         self.filter.setObjectName(f"{self._prefix}_filter")

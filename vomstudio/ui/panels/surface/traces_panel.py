@@ -316,7 +316,7 @@ class TracesPanel(ProposalsPanel):
         rows = self._selection()
         if len(rows) == 1:
             self._studio.preview.emit(None)
-            self._studio.set_next(str(self.type.currentData()), self._studio.next_set)
+            self._studio.set_next_type(str(self.type.currentData()), self._studio.next_set)
             self._traces.edit(rows[0])
 
     def _restore_rejected(self) -> None:

@@ -32,7 +32,7 @@ class KnownTable(QTableWidget):
         self.setObjectName("known_lines")
         self.setAccessibleName(tr("Known lines and planes"))
         self.setHorizontalHeaderLabels(
-            [tr("Use"), tr("Label"), tr("Known"), tr("Value"), "± (1σ)", tr("Residual")]
+            [tr("Use"), tr("Label"), tr("Quantity"), tr("Value"), "± (1σ)", tr("Residual")]
         )
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(23)

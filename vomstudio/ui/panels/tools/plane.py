@@ -85,7 +85,7 @@ class PlanePanel(QWidget):
         studio.edited.connect(self.refresh)
         studio.tool_changed_signal.connect(self.refresh)
         studio.settings_changed.connect(self.refresh)
-        studio.next_changed.connect(self.refresh)
+        studio.next_type_changed.connect(self.refresh)
         # Live figures change during a stroke, all others at its end.
         studio.preview.connect(self._follow_preview)
 
@@ -127,7 +127,9 @@ class PlanePanel(QWidget):
 
     def _apply_fields(self) -> None:
         self.set_name_edit.setModified(False)
-        self._studio.set_next(str(self.type_box.currentData()), self.set_name_edit.text().strip())
+        self._studio.set_next_type(
+            str(self.type_box.currentData()), self.set_name_edit.text().strip()
+        )
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         super().showEvent(event)

@@ -30,11 +30,13 @@ class TracePanel(FollowingPanel[TraceTool]):
         self.form.addRow(tr("Set"), self.set_name_edit)
         self.fit_view = FitView(actions)
         self._arrange_widgets(actions, self.fit_view)
-        studio.next_changed.connect(self._show_kind)
+        studio.next_type_changed.connect(self._show_kind)
 
     def _apply_fields(self) -> None:
         self.set_name_edit.setModified(False)
-        self._studio.set_next(str(self.type_box.currentData()), self.set_name_edit.text().strip())
+        self._studio.set_next_type(
+            str(self.type_box.currentData()), self.set_name_edit.text().strip()
+        )
 
     def refresh(self, *_: object) -> None:
         """Show the current state of the tool."""
