@@ -267,11 +267,13 @@ def _test_one_axis(
     variance = max(separate_squares / dof, 1e-12)
     ratio = max(pooled_squares - separate_squares, 0.0) / n_extra_parameters / variance
     p = f_tail(n_extra_parameters, dof, ratio)
-    are_different = (
-        p < AXIS_DIFFERENCE_SIGNIFICANCE
-        and max(axes_angle_deg or 0.0, beds_off_deg or 0.0) >= MIN_AXIS_DIFFERENCE_DEG
-    )
-    reasons = [Finding("fold.domains-differ" if are_different else "fold.one-axis", p=p)]
+    is_significant = p < AXIS_DIFFERENCE_SIGNIFICANCE
+    is_large = max(axes_angle_deg or 0.0, beds_off_deg or 0.0) >= MIN_AXIS_DIFFERENCE_DEG
+    are_different = is_significant and is_large
+    if is_significant and not is_large:
+        reasons = [Finding("fold.domains-close", p=p, limit_deg=MIN_AXIS_DIFFERENCE_DEG)]
+    else:
+        reasons = [Finding("fold.domains-differ" if are_different else "fold.one-axis", p=p)]
     if axes_angle_deg is not None:
         reasons.append(Finding("fold.axes-apart", angle_deg=axes_angle_deg))
     if beds_off_deg is not None:

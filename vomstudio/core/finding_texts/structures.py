@@ -411,6 +411,13 @@ TEXTS: dict[str, Entry] = {
             " differences is {p:.2g}."
         ),
     ),
+    "fold.domains-close": (
+        "info",
+        to_translate(
+            "The domains differ significantly (p = {p:.2g}), but by less than {limit_deg:g}°, so a"
+            " single axis is used."
+        ),
+    ),
     "fold.domains-differ": (
         "warning",
         to_translate(

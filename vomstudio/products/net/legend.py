@@ -147,7 +147,7 @@ def _width(text: str, font_pt: float, weight: str, family: tuple[str, ...]) -> f
     return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0])
 
 
-def wrap_text(text: str, font_pt: float, width: float) -> list[str]:
+def wrap_text(text: str, font_pt: float, width: float, weight: str = "normal") -> list[str]:
     """Wrap a text to a width; longer words get their own line, no-break spaces are kept.
 
     An equals sign and both of its sides stay together.
@@ -155,7 +155,7 @@ def wrap_text(text: str, font_pt: float, width: float) -> list[str]:
     lines: list[str] = []
     for word in text.replace(" = ", _NO_BREAK_EQUALS).split(" "):
         extended_line = f"{lines[-1]} {word}" if lines else word
-        if lines and text_width(extended_line, font_pt) <= width:
+        if lines and text_width(extended_line, font_pt, weight) <= width:
             lines[-1] = extended_line
         else:
             lines.append(word)

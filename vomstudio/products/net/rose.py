@@ -45,6 +45,10 @@ _PANEL_TOP, _PANEL_BOTTOM = 1.3, 1.14
 """Distance of the upper and lower edges of a panel from the centre of the rose, in radii."""
 _HEADER_LETTERS, _FOOTER_LETTERS = 3.9, 3.2
 """Height above each panel, and height below all panels, in letter heights."""
+_LINE_LETTERS = 1.42
+"""Height of each further line of a title, in letter heights."""
+_MIN_TITLE_SIZE = 0.7
+"""Minimum size of the texts above a rose relative to other texts; longer titles are wrapped."""
 _MIN_PANEL_MM, _MAX_PANEL_MM = 42.0, 105.0
 
 
@@ -96,9 +100,25 @@ def figure_size(
     footer_height = _FOOTER_LETTERS * letter + 1.45 * letter * (
         len(contents.notes) + bool(contents.title)
     )
+    header_letters = _header_letters(contents, style.font_pt, panel_mm / 25.4 * 72.0)
     return width_mm / 25.4, (
-        rows * (_panel_height(panel_mm) + _HEADER_LETTERS * letter) + footer_height
+        rows * (_panel_height(panel_mm) + header_letters * letter) + footer_height
     ) / 25.4
+
+
+def _title_lines(name: str, rose: Rose | AngleHistogram, font: float, width: float) -> list[str]:
+    """Return the lines of the title of a rose for a panel of some width, in points."""
+    text = tr("{set} (n = {count:,})", set=name, count=rose.n)
+    lines = wrap_text(text, _MIN_TITLE_SIZE * font, 0.94 * width, "bold")
+    return lines if len(lines) == 1 else wrap_text(text, font, 0.94 * width, "bold")
+
+
+def _header_letters(contents: RoseContents, font: float, panel_width: float) -> float:
+    """Return the height of the titles above the panels, in letter heights."""
+    n_lines = [
+        len(_title_lines(name, rose, font, panel_width)) for name, rose in contents.roses.items()
+    ]
+    return _HEADER_LETTERS + _LINE_LETTERS * (max(n_lines, default=1) - 1)
 
 
 def _panel_height(width: float) -> float:
@@ -199,27 +219,33 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
     title = [contents.title] if contents.title else []
     footer_lines = [*title, *contents.notes, *wrap_text(_caption(contents), font, width - 2 * font)]
     footer_height = (_FOOTER_LETTERS + 1.45 * (len(footer_lines) - 1)) * font
-    grid = _Grid.of(len(contents.roses), width, height, _HEADER_LETTERS * font, footer_height)
-    panel_width = min(
-        grid.panel_width, _MAX_PANEL_MM / 25.4 * 72.0 if style is PRINT else grid.panel_width
-    )
+    header_letters = _HEADER_LETTERS
+    for _ in range(2):
+        # The titles reduce the panels, whose width determines the lines of the titles.
+        grid = _Grid.of(len(contents.roses), width, height, header_letters * font, footer_height)
+        panel_width = min(
+            grid.panel_width, _MAX_PANEL_MM / 25.4 * 72.0 if style is PRINT else grid.panel_width
+        )
+        header_letters = _header_letters(contents, font, panel_width)
     total_height = _panel_height(panel_width)
     rings = choose_rings(max(float(rose.shares.max()) for rose in contents.roses.values()))
     axes_by_name = {}
     for i, (name, rose) in enumerate(contents.roses.items()):
         row, column = divmod(i, grid.columns)
         x_left = (width - grid.columns * panel_width) / 2 + column * panel_width
-        y_low = height - (row + 1) * (total_height + _HEADER_LETTERS * font)
+        y_low = height - (row + 1) * (total_height + header_letters * font)
         ax = figure.add_axes(
             (x_left / width, y_low / height, panel_width / width, total_height / height)
         )
         _draw_panel(ax, contents, name, rings, style)
-        title_text = tr("{set} (n = {count:,})", set=name, count=rose.n)
-        for baseline, text, weight in (
-            (1.95, title_text, "bold"),
-            (0.53, describe_mean(rose), "normal"),
-        ):
-            size = font * min(1.0, max(0.7, 0.94 * panel_width / text_width(text, font, weight)))
+        title_lines = _title_lines(name, rose, font, panel_width)
+        texts = [
+            (0.53 + _LINE_LETTERS * (len(title_lines) - k), line, "bold")
+            for k, line in enumerate(title_lines)
+        ]
+        for baseline, text, weight in (*texts, (0.53, describe_mean(rose), "normal")):
+            ratio = 0.94 * panel_width / text_width(text, font, weight)
+            size = font * min(1.0, max(_MIN_TITLE_SIZE, ratio))
             figure.text(
                 (x_left + panel_width / 2) / width,
                 (y_low + total_height + baseline * font) / height,

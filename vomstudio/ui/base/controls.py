@@ -484,6 +484,31 @@ def icon_button(icon: str, text: str) -> QToolButton:
     return button
 
 
+class SteadyToolButton(QToolButton):
+    """Tool button that keeps its width when its action changes between several texts.
+
+    Parameters
+    ----------
+    texts : sequence of str
+        Texts of the action, before their translation.
+    """
+
+    def __init__(self, texts: Sequence[str]) -> None:
+        super().__init__()
+        self._texts = texts
+
+    def sizeHint(self) -> QSize:  # noqa: N802
+        hint = super().sizeHint()
+        if self.toolButtonStyle() != Qt.ToolButtonStyle.ToolButtonIconOnly:
+            measure = self.fontMetrics().horizontalAdvance
+            max_width = max(measure(tr(text).replace("&", "")) for text in self._texts)
+            hint.setWidth(hint.width() + max(0, max_width - measure(self.text())))
+        return hint
+
+    def minimumSizeHint(self) -> QSize:  # noqa: N802
+        return self.sizeHint()
+
+
 class FoldButton(QToolButton):
     """Button that unfolds a part of a panel, and is never drawn as checked."""
 

@@ -29,7 +29,7 @@ _MOUSE_TEXT = to_translate(
     " press Enter or double-click to finish. With the plane brush: drag to paint, Ctrl+drag to"
     " erase; the right button orbits. With Select: hold Shift to add or Ctrl to remove; Ctrl+wheel"
     " and Shift+wheel change the tolerance. On the stereonet: click a pole or a great circle, or"
-    " drag a lasso around poles; hold Ctrl to add.</p>"
+    " drag a lasso around poles; hold Ctrl or Shift to add.</p>"
 )
 _ABOUT_TEXT = to_translate(
     "<b>VOM Studio {version}</b><br>Measures geological structures on virtual outcrop models,"

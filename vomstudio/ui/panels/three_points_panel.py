@@ -94,7 +94,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         self.options = OptionFields(ThreePointOptions, "three_points")
         self.options.changed.connect(self._schedule_refresh)
         follow_axes(self, studio, self._show_axes)
-        self.type = TypeBox(studio)
+        self.type = TypeBox(studio, geometry="plane")
         self.type.setObjectName("three_points_type")
         self.type.keep_narrow()
         self.add = QPushButton(theme.icon("check"), tr("Add to project"))

@@ -120,7 +120,7 @@ class StatusLine(QStatusBar):
             self._hint.setText(
                 tr(
                     "Navigate: drag to orbit, wheel to zoom, Shift+drag to pan; "
-                    "click a feature to select it."
+                    "click a feature to select it, Ctrl+click to add it."
                 )
             )
         if self._hint.text() != previous_text:

@@ -26,7 +26,14 @@ from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.geometry.units import length_text
 from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, escape_markup, set_enabled
+from vomstudio.ui.base.controls import (
+    ComboBox,
+    ElidedLabel,
+    Label,
+    SteadyToolButton,
+    escape_markup,
+    set_enabled,
+)
 from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.panels.photos import reconstruction_folders
@@ -57,6 +64,8 @@ _COLUMNS = (
 )
 """Titles and tooltips of the columns."""
 _GSD_COLUMN, _MASK_COLUMN, _FINDING_COLUMN = 1, 3, 4
+_MODEL_TEXTS = (to_translate("&Reconstruct"), to_translate("&Continue reconstruction"))
+"""Texts of the button that makes a model, first if no reconstruction has been started."""
 # Commands that show the results of the alignment.
 _RESULT_ACTIONS = ("show_alignment", "show_tie_points", "open_report")
 _SEVERITIES = {
@@ -113,7 +122,7 @@ class PhotosPanel(QWidget):
         self.results.setMenu(menu)
         self.table = self._make_table()
         self._findings = QListWidget()
-        self._failure_text = ""
+        self._failure_text = self._listed_verdict = ""
         self._placements: list[Finding] = []
         self._scale: float | None = None
         self._findings.setObjectName("findings")
@@ -155,7 +164,8 @@ class PhotosPanel(QWidget):
         return page
 
     def _button(self, name: str) -> QToolButton:
-        button = QToolButton()
+        # The buttons after it would move whenever its text changes.
+        button = SteadyToolButton(_MODEL_TEXTS) if name == "make_model" else QToolButton()
         button.setDefaultAction(self._actions[name])
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         return button
@@ -220,13 +230,7 @@ class PhotosPanel(QWidget):
                 self._fill_row(number, row)
         self._findings.clear()
         self._failure_text, self._placements = "", []
-        if survey.verdict:
-            self._add_finding("info", survey.verdict, [])
-            verdict = self._findings.item(0)
-            font = verdict.font()
-            font.setBold(True)
-            verdict.setFont(font)
-            verdict.setIcon(QIcon())
+        self._listed_verdict = ""
         for finding in survey.findings:
             self._add_finding(finding.severity, finding.message, list(finding.values["photos"]))
         for finding in (*survey.control_findings(), *survey.exclusions):
@@ -280,12 +284,9 @@ class PhotosPanel(QWidget):
         self._verdict.setText(self._summary_text())
         self._show_failure()
         self._show_placements()
+        self._show_verdict()
         action = self._actions["make_model"]
-        action.setText(
-            tr("&Continue reconstruction")
-            if survey.is_begun and job is None
-            else tr("&Reconstruct")
-        )
+        action.setText(tr(_MODEL_TEXTS[survey.is_begun and job is None]))
 
     def _summary_text(self) -> str:
         survey = self._survey
@@ -335,6 +336,27 @@ class PhotosPanel(QWidget):
         if reason:
             text = tr("The reconstruction failed: {reason}", reason=reason)
             self._add_finding("error", text, [], row=0)
+
+    def _show_verdict(self) -> None:
+        """Show the verdict on the photos above their findings.
+
+        It is omitted if the model made of them has a warning, because it is no longer a forecast.
+        """
+        has_warning = any(finding.severity != "info" for finding in self._placements)
+        verdict = "" if has_warning else self._survey.verdict
+        if verdict == self._listed_verdict:
+            return
+        row = 1 if self._failure_text else 0
+        if self._listed_verdict:
+            self._findings.takeItem(row)
+        self._listed_verdict = verdict
+        if verdict:
+            self._add_finding("info", verdict, [], row=row)
+            item = self._findings.item(row)
+            font = item.font()
+            font.setBold(True)
+            item.setFont(font)
+            item.setIcon(QIcon())
 
     def _show_placements(self) -> None:
         """Show the placement of the models of these photos as the last findings."""

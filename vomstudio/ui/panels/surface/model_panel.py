@@ -149,11 +149,12 @@ class ProposalsPanel(ModelPanel):
         super().__init__(studio, queue, prefix, topic, start, icon)
         self._queue = queue
         self._rows: list[tuple[tuple[Any, ...], str]] = []
+        self._listed_result: object = None
 
     def _make_list(
         self, columns: Sequence[Column], title: str, height: int, *, is_descending: bool = False
     ) -> None:
-        self.type = TypeBox(self._studio)
+        self.type = TypeBox(self._studio, geometry="plane")
         self.type.setObjectName(f"{self._prefix}_type")
         self.type.setToolTip(tr("Feature type of accepted proposals."))
         self._studio.next_type_changed.connect(self._follow_type)
@@ -179,13 +180,18 @@ class ProposalsPanel(ModelPanel):
         self._studio.proposals_picked.connect(self._select_picked)
 
     def _follow_type(self) -> None:
-        """Propose the active feature type for accepted features."""
-        self.type.select_type(self._studio.next_type_id)
+        """Propose the active feature type for accepted features if it is a type of planes."""
+        if self.type.findData(self._studio.next_type_id) >= 0:
+            self.type.select_type(self._studio.next_type_id)
 
     # --- list --------------------------------------------------------------------------------
     def _show_rows(self, rows: list[tuple[tuple[Any, ...], str]]) -> None:
         """Show the rows of all undecided proposals that the filter accepts."""
         self._rows = rows
+        if self._queue.proposals is not self._listed_result:
+            # Rows of another result have the same indices but are other proposals.
+            self._listed_result = self._queue.proposals
+            self.table.clearSelection()
         self._list_proposals()
 
     def _list_proposals(self) -> None:
