@@ -462,16 +462,24 @@ def _compact(args: argparse.Namespace, out: Output) -> None:
         "of_rows": plan.total_rows,
         "assets": list(plan.assets),
         "asset_bytes": plan.asset_bytes,
+        "stages": list(plan.stages),
+        "stage_bytes": plan.stage_bytes,
     }
     counts = {
         "rows": plan.rows,
         "all_rows": plan.total_rows,
         "files": tr_n("{count} file", "{count} files", len(plan.assets)),
+        "stages": tr_n(
+            "{count} earlier stage of reconstructions ({size:.1f} MB)",
+            "{count} earlier stages of reconstructions ({size:.1f} MB)",
+            len(plan.stages),
+            size=plan.stage_bytes / 1e6,
+        ),
     }
     text = (
-        tr("would be removed: {rows} of {all_rows} rows, {files}", **counts)
+        tr("would be removed: {rows} of {all_rows} rows, {files}, {stages}", **counts)
         if dry_run
-        else tr("removed: {rows} of {all_rows} rows, {files}", **counts)
+        else tr("removed: {rows} of {all_rows} rows, {files}, {stages}", **counts)
     )
     _report(args, out, summary, text)
 

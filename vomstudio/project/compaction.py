@@ -28,6 +28,11 @@ from vomstudio.project.journal.failures import NotWritten
 from vomstudio.project.journal.file_watch import read_journal_head
 from vomstudio.project.journal.replay import RowKind
 from vomstudio.project.paths import JOURNAL_NAME
+from vomstudio.project.reconstructions import (
+    delete_unused_stages,
+    folder_bytes,
+    unused_stages,
+)
 from vomstudio.project.session import Session
 from vomstudio.project.verify import collect_assets
 
@@ -40,17 +45,20 @@ _ASSETS_BACKUP = "assets-before-compaction"
 class CompactionPlan:
     """Rows and files that a compaction would remove, and the size of the files in bytes.
 
-    `total_rows` is the number of rows before the compaction.
+    `total_rows` is the number of rows before the compaction. `stages` are the folders of
+    reconstructions with other photos or settings than the newest results.
     """
 
     rows: int
     total_rows: int
     assets: tuple[str, ...]
     asset_bytes: int
+    stages: tuple[str, ...] = ()
+    stage_bytes: int = 0
 
     @property
     def is_empty(self) -> bool:
-        return self.rows == 0 and not self.assets
+        return self.rows == 0 and not self.assets and not self.stages
 
 
 def plan(folder: Path, session: Session, journal: SqliteJournal) -> CompactionPlan:
@@ -58,11 +66,14 @@ def plan(folder: Path, session: Session, journal: SqliteJournal) -> CompactionPl
     rows = sum(1 for _ in journal.rows())
     compacted_rows = sum(1 for _ in _rows(session))
     unused = _unused_files(folder, session)
+    stages = unused_stages(folder)
     return CompactionPlan(
         max(rows - compacted_rows, 0),
         rows,
         tuple(path.relative_to(folder).as_posix() for path in unused),
         sum(path.stat().st_size for path in unused),
+        tuple(path.relative_to(folder).as_posix() for path in stages),
+        folder_bytes(stages),
     )
 
 
@@ -83,7 +94,9 @@ class CompactionResult:
 
 
 def compact(folder: Path, session: Session, journal: SqliteJournal) -> CompactionResult:
-    """Rewrite the journal and move unused files to a backup folder.
+    """Rewrite the journal, move unused files to a backup folder, and delete unused stages.
+
+    The stages of reconstructions can be computed again, so there is no backup of them.
 
     Raises
     ------
@@ -113,6 +126,7 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compactio
         for path in _unused_files(folder, session):
             make_folder(backup, folder)
             path.replace(backup / path.name)
+    delete_unused_stages(folder)
     return CompactionResult(seq_map, journal.last_number)
 
 

@@ -6,12 +6,14 @@ import hashlib
 import json
 import os
 import shutil
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 
-from vomstudio.core.errors import InputError, TargetError
+from vomstudio.core.errors import InputError, TargetError, VomError
 from vomstudio.core.files.containment import special_files
 from vomstudio.core.files.disk_errors import failure_reason
+from vomstudio.core.files.lock import FolderLock
 from vomstudio.core.files.regular import MAX_JSON_BYTES, read_small_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
@@ -22,6 +24,8 @@ from vomstudio.project.records import ReconstructionRecord
 RECONSTRUCTIONS = "reconstruction"
 """Folder of the reconstructions, with a subfolder for each photo set and quality."""
 REQUEST = "request.json"
+WORK, CURRENT_FILE = "work", "current.json"
+"""Folder of the stages of a reconstruction, and the file with the names of those in use."""
 # Larger files are written once under a new name; a reconstruction appends only to small ones.
 MAX_COPY_BYTES = 1 << 20
 
@@ -90,7 +94,7 @@ def copy_reconstructions(source: Path, target: Path) -> None:
     def ignore(folder: str, names: list[str]) -> set[str]:
         links = special_files(folder, names)
         parts = Path(folder).relative_to(source / RECONSTRUCTIONS).parts
-        if parts[1:2] != ("work",):
+        if parts[1:2] != (WORK,):
             return links
         locks = {name for name in names if name.startswith("lock")} if len(parts) == 2 else set()
         return links | locks | {name for name in names if name.endswith(".part")}
@@ -126,3 +130,51 @@ def move_reconstructions(source: Path, target: Path) -> None:
             ),
             file=target,
         ) from error
+
+
+def unused_stages(folder: Path) -> list[Path]:
+    """Return the folders of stages that the newest results in a project do not use.
+
+    Omitted are unfinished stages that are newer than the results, and reconstructions without
+    results.
+    """
+    unused = []
+    for current_file in sorted((folder / RECONSTRUCTIONS).glob(f"*/{WORK}/{CURRENT_FILE}")):
+        try:
+            content = json.loads(read_small_file(current_file, MAX_JSON_BYTES))
+            current = set(content["folders"])
+            finished_at = current_file.stat().st_mtime
+            names = sorted(path.name for path in current_file.parent.iterdir() if path.is_dir())
+            links = special_files(str(current_file.parent), names)
+        except (InputError, OSError, ValueError, KeyError, TypeError):
+            continue
+        for name in names:
+            path = current_file.parent / name
+            is_newer = name.endswith(".part") and path.stat().st_mtime > finished_at
+            if name not in current and name not in links and not is_newer:
+                unused.append(path)
+    return unused
+
+
+def delete_unused_stages(folder: Path) -> None:
+    """Delete the folders of `unused_stages`, except in reconstructions that are being computed."""
+    for path in unused_stages(folder):
+        try:
+            lock = FolderLock(
+                path.parent / "lock",
+                busy_code="output.folder-in-use",
+                unwritable_code="output.unwritable",
+            )
+        except VomError:
+            continue
+        try:
+            shutil.rmtree(path, ignore_errors=True)
+        finally:
+            lock.release()
+
+
+def folder_bytes(folders: Iterable[Path]) -> int:
+    """Return the total size of the files in some folders."""
+    return sum(
+        path.stat().st_size for folder in folders for path in folder.rglob("*") if path.is_file()
+    )

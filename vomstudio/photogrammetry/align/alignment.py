@@ -1,7 +1,7 @@
 """Resumable alignment of photos: poses and intrinsics from the photos alone.
 
-The work folder contains `features/KEY.npz` (one file per photo, named by its content and the
-settings) and `database.db` (COLMAP's database of all compared pairs). When the alignment has
+The features are stored in `KEY.npz`, one file per photo, named by its content and the settings. The
+work folder contains `database.db` (COLMAP's database of all compared pairs). When the alignment has
 finished, it also contains `alignment.json` and a folder for the scene of each connected component:
 `part0`, `part1` and so on, largest first, each with COLMAP's binary model.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -36,6 +36,7 @@ from vomstudio.photogrammetry.align.features import (
 from vomstudio.photogrammetry.align.matching import MatchingRule
 from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration
+from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
 
 _HEADER_FILE = "alignment.json"
@@ -159,8 +160,24 @@ def align(
     options: AlignmentOptions,
     executor: Executor,
     progress: Progress,
+    *,
+    features_folder: Path | None = None,
+    earlier_databases: Iterable[Path] = (),
 ) -> Alignment:
     """Compute poses and intrinsics, resuming a previous run in the same folder.
+
+    Parameters
+    ----------
+    photos : sequence of PhotoLike
+    work_folder : Path
+    options : AlignmentOptions
+    executor : Executor
+    progress : Progress
+    features_folder : Path, optional
+        Folder of the features, which several alignments may share; by default `features` in the
+        work folder.
+    earlier_databases : iterable of Path, optional
+        Databases of other alignments, whose compared pairs are reused.
 
     Raises
     ------
@@ -172,9 +189,13 @@ def align(
         raise InputError(Finding("one-photo", photos=(), value=len(photos)))
     work_folder.mkdir(parents=True, exist_ok=True)
     threads = options.threads or -1
-    features, keys = find_features(photos, work_folder, options, executor, progress)
+    features, keys = find_features(
+        photos, features_folder or work_folder / "features", options, executor, progress
+    )
     database = work_folder / "database.db"
-    match_database.open_database(database, photos, features, keys)
+    matching_key = f"pycolmap {colmap().__version__}, seed {options.seed}"
+    match_database.open_database(database, photos, features, keys, matching_key=matching_key)
+    match_database.copy_known_pairs(database, earlier_databases)
     choice = matching.choose_pairs(photos, features, options.matching, progress)
     # Skip photos without features.
     has_keypoints = [len(f.keypoints) > 0 for f in features]
@@ -242,16 +263,15 @@ def align(
 # ------------------------------------------------------------------------------------------------
 def find_features(
     photos: Sequence[PhotoLike],
-    work_folder: Path,
+    folder: Path,
     options: AlignmentOptions,
     executor: Executor,
     progress: Progress,
 ) -> tuple[list[Features], list[str]]:
     """Return the features and the key of every photo.
 
-    Features stored in the work folder are reused; the others are detected and stored there.
+    Features stored in the folder are reused; the others are detected and stored there.
     """
-    folder = work_folder / "features"
     folder.mkdir(parents=True, exist_ok=True)
     settings = FeatureOptions(options.max_size, options.max_features)
     features: list[Features | None] = [None] * len(photos)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import combinations
 from pathlib import Path
@@ -44,28 +44,25 @@ def open_database(
     features: Sequence[Features],
     keys: Sequence[str],
     lenses: Sequence[int] | None = None,
+    matching_key: str = "",
 ) -> None:
     """Create the database of the given photos, or reuse an existing one.
 
     A database is reused if it is valid and belongs to exactly these photos, features and lenses.
+    `matching_key` identifies the version and options of the comparison of photos.
+
     Photo number i becomes image i + 1. Photos with the same `camera_key`, size and lens number
     share a camera.
     """
     lenses = lenses or [0] * len(photos)
-    description = json.dumps(
-        [
-            [p.name, p.width, p.height, repr(p.camera_key), p.focal_px, k, lens]
-            for p, k, lens in zip(photos, keys, lenses, strict=True)
-        ]
-    )
+    rows = [
+        [p.name, p.width, p.height, repr(p.camera_key), p.focal_px, k, lens]
+        for p, k, lens in zip(photos, keys, lenses, strict=True)
+    ]
+    description = {"matching": matching_key, "photos": rows}
     description_path = path.with_suffix(".json")
-    try:
-        if read_small_file(description_path, MAX_JSON_BYTES) == description.encode() and _is_valid(
-            path
-        ):
-            return
-    except (InputError, OSError):
-        pass
+    if _read_description(path) == (matching_key, rows) and _is_valid(path):
+        return
     description_path.unlink(missing_ok=True)
     for suffix in ("", "-wal", "-shm", "-journal"):
         path.with_name(path.name + suffix).unlink(missing_ok=True)
@@ -98,7 +95,69 @@ def open_database(
             database.write_descriptors(row + 1, descriptors)
     finally:
         database.close()
-    description_path.write_text(description, encoding="utf-8")
+    description_path.write_text(json.dumps(description), encoding="utf-8")
+
+
+def _read_description(path: Path) -> tuple[str, list[list[Any]]]:
+    """Return the matching key and the photos of a database; empty if they cannot be read."""
+    try:
+        description = json.loads(read_small_file(path.with_suffix(".json"), MAX_JSON_BYTES))
+        return str(description["matching"]), [list(row) for row in description["photos"]]
+    except (InputError, OSError, ValueError, KeyError, TypeError):
+        return "", []
+
+
+def copy_known_pairs(target: Path, sources: Iterable[Path]) -> int:
+    """Copy the pairs of photos that earlier databases have already compared.
+
+    Photos are recognised by their features, size, camera and lens, regardless of their names and
+    order. Databases that are missing or damaged are ignored.
+
+    Parameters
+    ----------
+    target : Path
+        Database created by `open_database`.
+    sources : iterable of Path
+        Databases of other alignments. Those with another matching key are ignored.
+
+    Returns
+    -------
+    int
+        Number of copied pairs, with or without matches.
+    """
+    matching_key, photos = _read_description(target)
+    row_by_photo = {json.dumps(photo[1:]): row for row, photo in enumerate(photos)}
+    count = 0
+    for source in sources:
+        rows: dict[int, int] = {}
+        source_key, source_photos = _read_description(source)
+        for old_row, photo in enumerate(source_photos if source_key == matching_key else ()):
+            new_row = row_by_photo.get(json.dumps(photo[1:]))
+            if new_row is not None:
+                rows.setdefault(new_row, old_row)
+        if len(rows) > 1 and _is_valid(source):
+            count += _copy_compared_pairs(source, target, rows)
+    return count
+
+
+def _copy_compared_pairs(source: Path, target: Path, rows: dict[int, int]) -> int:
+    """Copy the compared pairs that `target` does not have; `rows` maps new to old rows."""
+    count = 0
+    with (
+        open_for_reading(source) as database,
+        open_for_reading(target) as target_database,
+        colmap().DatabaseTransaction(target_database),
+    ):
+        for new, old in zip(combinations(rows, 2), combinations(rows.values(), 2), strict=True):
+            if is_compared(target_database, new) or not is_compared(database, old):
+                continue
+            (a, b), (old_a, old_b) = ((i + 1, j + 1) for i, j in (new, old))
+            target_database.write_matches(a, b, database.read_matches(old_a, old_b))
+            target_database.write_two_view_geometry(
+                a, b, database.read_two_view_geometry(old_a, old_b)
+            )
+            count += 1
+    return count
 
 
 def image_name(row: int) -> str:

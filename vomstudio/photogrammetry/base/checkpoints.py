@@ -12,7 +12,6 @@ import hashlib
 import json
 import os
 import re
-import shutil
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -23,6 +22,7 @@ from vomstudio.core.files.disk_errors import failure_reason
 from vomstudio.core.files.regular import read_json
 from vomstudio.core.findings import Finding
 from vomstudio.photogrammetry.base.memory import peak_bytes
+from vomstudio.photogrammetry.base.stage_folders import CURRENT_FILE, FEATURES
 
 _STAMP_FILE = "stage.json"
 _KEY_LENGTH = 16
@@ -42,11 +42,14 @@ class StageFolder:
         self._final_folder = root / f"{name}-{key}"
         self._partial_folder = root / f"{name}-{key}.part"
         self._start_time = time.monotonic()
-        if not self.is_done:
-            try:
+        try:
+            if self.is_done:
+                # The newest folder of a stage is the one in use; see `stage_folder`.
+                os.utime(self._final_folder)
+            else:
                 self._partial_folder.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise _write_error(self._partial_folder, error) from error
+        except OSError as error:
+            raise _write_error(self._partial_folder, error) from error
         facts = self.facts
         self._previous_seconds = float(facts.get("seconds", 0.0))
         self._previous_peak_bytes = int(facts.get("peak_bytes", 0))
@@ -144,12 +147,23 @@ class Checkpoints:
         """Return the total size of all files, in bytes."""
         return sum(path.stat().st_size for path in self.root.rglob("*") if path.is_file())
 
-    def remove_other_stages(self) -> None:
-        """Remove the folders of stages with other inputs or settings."""
-        current = {stage.folder.name for stage in self.stages}
-        for path in self.root.iterdir():
-            if path.is_dir() and path.name not in current:
-                shutil.rmtree(path, ignore_errors=True)
+    def other_folders(self, stage: StageFolder) -> list[Path]:
+        """Return the folders of the same stage with other inputs or settings, newest first."""
+        paths = [
+            path
+            for path in self.root.glob(f"{stage.name}-*")
+            if path.is_dir() and path.name.partition(".")[0] != f"{stage.name}-{stage.key}"
+        ]
+        return sorted(paths, key=lambda path: path.stat().st_mtime_ns, reverse=True)
+
+    def record_current(self) -> None:
+        """Write the names of the folders in use to `CURRENT_FILE`.
+
+        Other folders are kept, so that earlier photos and settings cost nothing, until the project
+        is compacted.
+        """
+        names = sorted({FEATURES, *(stage.folder.name for stage in self.stages)})
+        write_atomically(self.root / CURRENT_FILE, lambda path: _write(path, {"folders": names}))
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:

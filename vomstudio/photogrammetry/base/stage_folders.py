@@ -6,13 +6,17 @@ import re
 from pathlib import Path
 
 WORK = "work"
+FEATURES = "features"
+"""Folder of the features of all photos, which all alignments share."""
+CURRENT_FILE = "current.json"
+"""File with the names of the folders that the newest result uses."""
 
 
 def stage_folder(out: Path, name: str) -> Path | None:
     """Return the newest complete folder of a stage of the reconstruction in `out`.
 
-    Returns None if the stage is not finished. A run removes the folders of other settings only at
-    its end.
+    Returns None if the stage is not finished. A run updates the time of every folder that it uses,
+    and folders of earlier photos and settings are kept.
     """
     name_pattern = re.compile(rf"{re.escape(name)}-[0-9a-f]+")
     folders = []

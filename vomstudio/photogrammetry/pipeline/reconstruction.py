@@ -17,11 +17,16 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.photogrammetry.align.scene_check import check_scene
 from vomstudio.photogrammetry.base.background import find_rock, propose_region
-from vomstudio.photogrammetry.base.checkpoints import Checkpoints, StageFolder, write_atomically
+from vomstudio.photogrammetry.base.checkpoints import (
+    Checkpoints,
+    StageFolder,
+    make_key,
+    write_atomically,
+)
 from vomstudio.photogrammetry.base.region import Region
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import PipelineSettings
-from vomstudio.photogrammetry.base.stage_folders import WORK
+from vomstudio.photogrammetry.base.stage_folders import FEATURES, WORK
 from vomstudio.photogrammetry.georeferencing.pose_errors import pose_errors
 from vomstudio.photogrammetry.pipeline import report_data
 from vomstudio.photogrammetry.pipeline.gpu_depths import choose_device, compute_gpu_depths
@@ -50,6 +55,7 @@ from vomstudio.photogrammetry.pipeline.photo_results import (
     save_mesh,
     save_undistorted,
 )
+from vomstudio.photogrammetry.pipeline.reused_depths import DepthInputs, EarlierDepthMaps
 from vomstudio.photogrammetry.pipeline.stage_log import StageLog
 from vomstudio.photogrammetry.pipeline.written_models import (
     write_camera_files,
@@ -211,7 +217,17 @@ class _Run:
         if not stage.is_done:
             options = AlignmentOptions(max_size=size, seed=seed, threads=self.settings.threads)
             try:
-                align(photos.photos, stage.folder, options, self.executor, self.log)
+                align(
+                    photos.photos,
+                    stage.folder,
+                    options,
+                    self.executor,
+                    self.log,
+                    features_folder=self.checkpoints.root / FEATURES,
+                    earlier_databases=[
+                        folder / "database.db" for folder in self.checkpoints.other_folders(stage)
+                    ],
+                )
             except InputError as error:
                 raise error.with_file(self.folder) from error
             stage.finish()
@@ -343,10 +359,41 @@ class _Run:
             depthmaps.peak_memory_bytes(round(n.width * k), round(n.height * k))
             for n, k in zip(lenses, scales, strict=True)
         )
+        if not stage.is_done:
+            self._reuse_depths(scene, pairs, undistorted, results, stage)
         self._compute_missing(
             tr("Computing depth maps"), stage, results, depthmaps.depth_map, task, needed_memory
         )
         return pairs, results.at(stage.folder), stage
+
+    def _reuse_depths(
+        self,
+        scene: SparseScene,
+        pairs: DepthMapPlans,
+        undistorted: PhotoResults[UndistortedPhoto],
+        results: PhotoResults[DepthMap],
+        stage: StageFolder,
+    ) -> None:
+        """Take depth maps of earlier runs if their cameras have hardly moved.
+
+        The inputs of all maps are stored, so that a later run can do the same.
+        """
+        rules = make_key(report_data.versions("cv2", "numba"), self.dense_px)
+        earlier_maps = EarlierDepthMaps(self.checkpoints.other_folders(stage), rules)
+        views = {self.hashes[view.name]: view for view in scene.views}
+        reused_count = 0
+        for number, plan in enumerate(pairs.plans):
+            if results.has(number):
+                continue
+            pinhole = undistorted[plan.view].view
+            photo = self.hashes[scene.views[plan.view].name]
+            inputs = DepthInputs.of_plan(plan, scene.views, self.hashes, pinhole)
+            if (match := earlier_maps.find(photo, pinhole, views)) is not None:
+                depth_map, inputs = match
+                results.put(number, depth_map)
+                reused_count += 1
+            inputs.save(results.path(number).with_suffix(".json"), rules)
+        self.log.log(f"{reused_count} of {len(results)} depth maps reused")
 
     def _compute_missing(
         self,
@@ -549,7 +596,7 @@ class _Run:
             "background_share": self.rock.background_share if self.region is None else None,
             "proposed_region": propose_region(scene, self.rock),
         }
-        self.checkpoints.remove_other_stages()
+        self.checkpoints.record_current()
         result["work_mb"] = round(self.checkpoints.size() / 1e6, 1)
         write_atomically(outputs.result, lambda path: write_json(path, result))
         write_registrations(outputs, result)

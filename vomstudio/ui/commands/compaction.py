@@ -78,9 +78,20 @@ def compaction_text(plan: CompactionPlan) -> str:
                 size=plan.asset_bytes / _BYTES_PER_MB,
             )
         )
+    if plan.stages:
+        sentences.append(
+            tr_n(
+                "{count} stage of reconstructions ({size:.1f} MB) belongs to earlier photos or"
+                " settings and would have to be computed again.",
+                "{count} stages of reconstructions ({size:.1f} MB) belong to earlier photos or"
+                " settings and would have to be computed again.",
+                len(plan.stages),
+                size=plan.stage_bytes / _BYTES_PER_MB,
+            )
+        )
     consequence = tr(
-        "Undo and redo cannot reach these edits, but they document your measurements. Compaction"
-        " can be undone until the project is closed."
+        "Undo and redo cannot reach these edits, but they document your measurements. Compaction of"
+        " the journal can be undone until the project is closed."
     )
     return f"{' '.join(sentences)}\n\n{consequence}"
 
