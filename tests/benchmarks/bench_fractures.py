@@ -139,7 +139,7 @@ def tables(runs: int, seed: int) -> Iterator[str]:
         for number in NUMBERS:
             yield map_row(number, cluster, runs, seed)
     yield ""
-    yield "| places | number | P10, % | spacing, % | width of spacing / spacing |"
+    yield "| positions | number | P10, % | spacing, % | width of spacing / spacing |"
     yield "|---|---|---|---|---|"
     kinds = {
         "random": random_places,

@@ -53,7 +53,7 @@ def test_contour_options_are_applied_and_densities_reported(run, write, tmp_path
     assert bedding["plunge_deg"] == pytest.approx(56.5, abs=1)
     assert messages(ran.json) == []
     text = run("stereonet", write(table), "-o", tmp_path / "m.svg", *words)
-    assert "densest: bedding 26" in text.out
+    assert "maximum density: bedding 26" in text.out
     plain = run("stereonet", write(table), "-o", tmp_path / "o.svg", "--json")
     assert plain.json["density"] is None
 

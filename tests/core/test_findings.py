@@ -38,7 +38,7 @@ class Result:
 
 
 ASSUMED = Finding(
-    "frame.assumed", file="a.obj", assumed=("z up", "CRS none"), up="z", unit="m", crs=None
+    "frame.assumed", file="a.obj", assumed=("z up", "no CRS"), up="z", unit="m", crs=None
 )
 
 

@@ -207,8 +207,8 @@ def odd_workers(monkeypatch):
     [
         (odd_jobs.MISTAKE, "OurMistake", "in the task mistake"),
         (odd_jobs.ASIDE, "OurMistake", "in the thread aside"),
-        (odd_jobs.ABORT, "its process ended, code -6", "code -6"),
-        (odd_jobs.SEGFAULT, "its process ended, code -11", "code -11"),
+        (odd_jobs.ABORT, "the worker process ended: exit code -6", "exit code -6"),
+        (odd_jobs.SEGFAULT, "the worker process ended: exit code -11", "exit code -11"),
     ],
 )
 def test_error_in_a_worker_is_shown_and_the_next_job_runs(odd_workers, window, task, words, in_log):

@@ -60,10 +60,10 @@ def test_survey_is_planned_from_typed_values(planner, window, tmp_path) -> None:
     assert planner.figures["Footprint"].text() == "30 x 20 m"
     # 30 % of the footprint is new at 70 % overlap.
     assert planner.figures["Spacing"].text() == "9 m along, 6 m up"
-    assert planner.figures["Planes across"].text().endswith("5.0 m (1000 px) ± 0.3°")
+    assert planner.figures["Plane size, error"].text().endswith("5.0 m (1000 px) ± 0.3°")
     driver.keep_picture(planner, "planner")
     # What the receiver and the control are worth tells what the registration will be.
-    by = ["Rotation by GPS", "Rotation by control"]
+    by = ["Rotation (GPS)", "Rotation (control)"]
     before = [planner.figures[name].text() for name in by]
     retype_option(planner, "receiver_m", "0,02")
     retype_option(planner, "control_m", "0.1")
@@ -102,7 +102,7 @@ def test_the_target_may_be_a_gsd_or_a_plane(planner) -> None:
     retype_option(planner, "plane_m", "2,5")
     settled(planner)
     assert planner.figures["Distance"].text() == "12.5 m"
-    assert planner.figures["Planes across"].text().endswith("2.5 m (1000 px) ± 0.3°")
+    assert planner.figures["Plane size, error"].text().endswith("2.5 m (1000 px) ± 0.3°")
 
 
 @pytest.mark.full

@@ -282,5 +282,5 @@ def test_standard_directions_turn_the_view(beside):
     second, still = directions(beside)
     np.testing.assert_allclose(second, [1.0, 0.0, 0.0], atol=1e-9)
     np.testing.assert_allclose(still, first)
-    names["As the outcrop"].trigger()
+    names["Same as outcrop"].trigger()
     np.testing.assert_allclose(directions(beside)[0], first)

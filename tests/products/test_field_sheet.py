@@ -50,7 +50,7 @@ def test_figures_have_units(plan: SurveyPlan) -> None:
     assert messages["Distance"] == "20 m"
     assert messages["Pixel size (GSD)"] == "3.33 mm"
     # A tenth of the textbook's limit: half a resolution of 33 mm over 0.866 times that.
-    assert messages["Planes across"] == "33 cm ± 3.3°, 3.3 m (1000 px) ± 0.3°"
+    assert messages["Plane size, error"] == "33 cm ± 3.3°, 3.3 m (1000 px) ± 0.3°"
     assert messages["Footprint"] == "20 x 13.3 m"
     assert messages["Spacing"] == "6 m along, 4 m up"
     assert messages["Overlap"] == "70 %"
@@ -75,7 +75,7 @@ def test_the_page_lists_every_position_and_point(plan: SurveyPlan, tmp_path: Pat
     write_field_sheet(tmp_path / "a.html", plan)
     html = (tmp_path / "a.html").read_text("utf-8")
     head, *rows = cells(html, "Positions")
-    assert head == ["photo", "kind", "along m", "up m", "away m", "turn deg", "tilt deg"]
+    assert head == ["photo", "kind", "along, m", "up, m", "away, m", "turn, °", "tilt, °"]
     assert len(rows) == len(plan.positions)
     for row, s in zip(rows, plan.positions, strict=True):
         places = [f"{v:.2f}" for v in (s.along_m, s.up_m, s.away_m)]

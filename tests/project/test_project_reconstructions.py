@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 
 from tests.messages import refused
 from vomstudio.core.errors import TargetError
+from vomstudio.core.files.lock import FolderLock
 from vomstudio.project import folder as projects
 from vomstudio.project import reconstructions
 from vomstudio.project.folder import ProjectFolder, create_untitled
@@ -173,3 +175,46 @@ def test_marks_in_the_project_folder_follow_save_as(untitled, tmp_path):
     assert (tmp_path / "b.vom" / PHOTO_TABLES / table.parent.name / table.name).is_file()
     assert moved.is_file()
     untitled.close()
+
+
+def used_and_unused(folder: Path) -> Path:
+    """A finished reconstruction with a stage in use, two of earlier photos, and one begun."""
+    out = reconstruct(folder, 1000)
+    work = out / "work"
+    for name in ("alignment-0000", "depths-1111.part"):
+        (work / name).mkdir()
+        (work / name / "file").write_bytes(b"x" * 500)
+        os.utime(work / name, (100, 100))
+    (work / "current.json").write_text('{"folders": ["alignment-1a2b", "features"]}')
+    os.utime(work / "current.json", (200, 200))
+    return out
+
+
+def test_compaction_deletes_stages_of_earlier_photos_and_settings(untitled):
+    out = used_and_unused(untitled.folder)
+    (out / "work" / "lock").unlink()
+    plan = untitled.compaction()
+    assert [Path(name).name for name in plan.stages] == ["alignment-0000", "depths-1111.part"]
+    assert plan.stage_bytes == 1000
+    untitled.compact()
+    assert (out / "work" / "alignment-1a2b" / "database.db").exists()
+    assert (out / "work" / "depths-3c4d.part").exists(), "begun after the results"
+    assert untitled.compaction().stages == ()
+
+
+def test_compaction_keeps_stages_while_a_reconstruction_runs(untitled):
+    out = used_and_unused(untitled.folder)
+    (out / "work" / "lock").unlink()
+    lock = FolderLock(out / "work" / "lock", "output.folder-in-use", "output.unwritable")
+    try:
+        reconstructions.delete_unused_stages(untitled.folder)
+    finally:
+        lock.release()
+    assert (out / "work" / "alignment-0000").exists()
+
+
+@pytest.mark.parametrize("content", ["", "[]", '{"folders": 3}'])
+def test_compaction_keeps_all_stages_if_those_in_use_are_unknown(untitled, content):
+    out = used_and_unused(untitled.folder)
+    (out / "work" / "current.json").write_text(content)
+    assert reconstructions.unused_stages(untitled.folder) == []

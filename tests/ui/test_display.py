@@ -113,11 +113,11 @@ def test_effective_mode_depends_on_the_model_data(tmp_path):
 def test_default_appearance_depends_on_the_model_data(tmp_path):
     assert display.default_appearance([textured(tmp_path)]) == "Photo texture"
     coloured = cloud(colors=np.zeros((50, 3), np.uint8))
-    assert display.default_appearance([coloured]) == "Own colours"
+    assert display.default_appearance([coloured]) == "Vertex colours"
     assert (
         display.default_appearance([mesh()])
         == display.default_appearance([cloud()])
-        == "Without colours"
+        == "No colours"
     )
 
 
@@ -126,7 +126,7 @@ def test_field_panel_restores_the_colours_of_a_cloud(window, studio):
     window.actions_table.run("surface_fields")
     panel = window.findChild(FieldsPanel)
     panel.update_widgets()
-    assert panel.reset_button.text() == "Own colours"
+    assert panel.reset_button.text() == "Vertex colours"
     assert not panel.reset_button.isEnabled()
     studio.display.set_mode("field")
     assert panel.reset_button.isEnabled()

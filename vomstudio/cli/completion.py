@@ -26,7 +26,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "completion",
         run,
-        help_=tr("Print the script that lets a shell complete commands and options"),
+        help_=tr("Print a shell completion script for commands and options"),
     )
     parser.add_argument("shell", choices=SHELLS, help=tr("shell that reads the script"))
 

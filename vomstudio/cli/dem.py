@@ -21,7 +21,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "dem",
         run,
-        help_=tr("Make an elevation model over a reference plane, as GeoTIFF"),
+        help_=tr("Compute an elevation model relative to a reference plane, as GeoTIFF"),
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh, point cloud or table x, y, z"))
     add_output(parser, tr("the heights, NAME.tif; NAME.json is written too"), is_required=True)
@@ -94,8 +94,8 @@ def _result_text(result: dict[str, Any], unit: str) -> str:
     return "\n".join(
         [
             tr(
-                "{width} x {height} cells of {gsd:g} {unit}, {coverage:.0f} % with a height, from "
-                "{low:.3f} to {high:.3f} {unit}",
+                "{width} x {height} cells of {gsd:g} {unit}, {coverage:.0f} % covered, heights"
+                " from {low:.3f} to {high:.3f} {unit}",
                 unit=unit,
                 width=result["width"],
                 height=result["height"],

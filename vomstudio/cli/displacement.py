@@ -28,7 +28,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "pairs",
         metavar="PAIRS",
-        help=tr("table with pairs of points on both sides of the fault, in metres"),
+        help=tr("table of point pairs, one point on each side of the fault, in metres"),
     )
     add_options(parser, DisplacementOptions)
     add_frame(parser)

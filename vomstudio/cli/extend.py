@@ -155,8 +155,8 @@ def _result_text(extension: ExtendedPlane, unit: str) -> str:
     if remaining_count > 0:
         lines.append(
             tr_n(
-                "{count} more is in the output file.",
-                "{count} more are in the output file.",
+                "{count} more bed is in the output file.",
+                "{count} more beds are in the output file.",
                 remaining_count,
             )
         )

@@ -122,7 +122,7 @@ def _result_text(facet_table: FacetTable) -> str:
     lines = [text_tables.table(headers, units, rows)] if rows else []
     if facet_table.facets > MAX_SHOWN_FACETS:
         lines.append(
-            tr("{count} more are in the table.", count=facet_table.facets - MAX_SHOWN_FACETS)
+            tr("more facets in the table: {count}", count=facet_table.facets - MAX_SHOWN_FACETS)
         )
     if facet_table.coverage is not None:
         lines.append(
@@ -146,13 +146,14 @@ def _set_text(described_set: DescribedSet) -> str:
     plane = text_tables.plane(vars(described_set))
     if described_set.spacing_m is None:
         return tr(
-            "Set {name}: {count} facets about {plane}.",
+            "Set {name}: {count} facets, mean plane {plane}.",
             name=described_set.name,
             count=described_set.n,
             plane=plane,
         )
     return tr(
-        "Set {name}: {count} facets of {planes} discontinuities about {plane}, {spacing} m apart.",
+        "Set {name}: {count} facets of {planes} discontinuities, mean plane {plane}, spacing"
+        " {spacing} m.",
         name=described_set.name,
         count=described_set.n,
         planes=described_set.discontinuities,

@@ -164,7 +164,7 @@ def _fit_parallel_beds(
 def _parallel_text(parallel_fit: ParallelBeds) -> str:
     summary = tr(
         "Joint fit of parallel planes: {plane} (dip direction/dip ± maximum 95 % error; minimum"
-        " {smallest} deg), RMS {rms} m, p if parallel {p}",
+        " {smallest} deg), RMS {rms} m, p {p} for parallel planes",
         plane=text_tables.plane_with_error(vars(parallel_fit), "max_confidence95_deg"),
         smallest=text_tables.figures(parallel_fit.min_confidence95_deg),
         rms=text_tables.figures(parallel_fit.rms_m),

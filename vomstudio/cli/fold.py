@@ -92,7 +92,7 @@ def _limb_rows(limbs: dict[str, Any] | None) -> list[tuple[str, str]]:
         error=limbs["interlimb_error95_deg"],
     )
     if any(limbs["overturned"]):
-        text = tr("{limbs}; overturned beds as flagged", limbs=text)
+        text = tr("{limbs}; overturned beds as flagged in the input", limbs=text)
     axial_text = tr(
         "{plane}  dip direction/dip, joint 95 %",
         plane=text_tables.plane_with_error(
@@ -128,7 +128,7 @@ def _weakest_axis_rows(weakest_axis: dict[str, Any] | None) -> list[tuple[str, s
     if weakest_axis is None:
         return []
     text = tr(
-        "beta rotates by up to {turn:.1f} deg, without plane {id}",
+        "beta rotates by up to {turn:.1f} deg if plane {id} is left out",
         turn=weakest_axis["turn_deg"],
         id=weakest_axis["id"],
     )

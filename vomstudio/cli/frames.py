@@ -17,7 +17,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "frames",
         run,
-        help_=tr("Extract the sharp frames of a video for a reconstruction"),
+        help_=tr("Extract sharp frames from a video for a reconstruction"),
     )
     parser.add_argument(
         "video", metavar="VIDEO", help=tr("video of the outcrop in any common format")

@@ -67,7 +67,9 @@ def add_parser(subparsers: Subparsers) -> None:
     register_parser = add_action(
         "register",
         _register,
-        tr("Register a model by points, cameras, compass readings, known lines or another model"),
+        tr(
+            "Register a model using points, cameras, compass readings, known lines or another model"
+        ),
     )
     register_parser.add_argument(
         "pairs",
@@ -143,7 +145,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_action(
         "update",
         _update,
-        tr("Recompute resolution and outcrop face of features of an earlier version"),
+        tr("Recompute the resolution and outcrop face of features measured with earlier versions"),
     )
     add_action("undo", _undo, tr("Undo the last step"))
     add_action("redo", _redo, tr("Redo the step that was undone last"))
@@ -561,9 +563,7 @@ def _result_text(summary: ProjectSummary) -> str:
     ]
     lines += [tr("types: {counts}", counts=counts(summary.types))] if summary.types else []
     lines += [tr("sets: {counts}", counts=counts(summary.sets))] if summary.sets else []
-    lines += [
-        tr("history: {undo} steps to undo, {redo} to redo", undo=history.undo, redo=history.redo)
-    ]
+    lines += [tr("steps to undo: {undo}, to redo: {redo}", undo=history.undo, redo=history.redo)]
     lines += [tr("There are unsaved changes.")] if summary.unsaved else []
     lines += [tr("There is an unfinished feature.")] if summary.draft else []
     return "\n".join(lines)

@@ -28,7 +28,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "register",
         run,
         help_=tr(
-            "Register a model by points, cameras, compass readings, known lines or another model"
+            "Register a model using points, cameras, compass readings, known lines or another model"
         ),
     )
     parser.add_argument(
@@ -151,7 +151,7 @@ def placement_text(placement: ModelPlacement) -> str:
             tr("left out"),
             tr("deviation"),
             tr("model rotates by"),
-            tr("others agree to"),
+            tr("RMS of others"),
             tr("weakest axis, 95 %"),
         ]
         block_texts.append(text_tables.table(headers, ["", "°", "°", "°", "°"], rows))

@@ -159,7 +159,7 @@ def _parse_direction(text: str | None) -> Any:
 def _result_text(result: dict[str, Any], unit: str, projection_lines: list[str]) -> str:
     lines = [
         tr(
-            "{count} lines, {length:.3f} {unit} in all",
+            "lines: {count}, total length {length:.3f} {unit}",
             unit=unit,
             count=result["polylines"],
             length=result["length_m"],
@@ -177,7 +177,7 @@ def _result_text(result: dict[str, Any], unit: str, projection_lines: list[str])
     if result["features"] or result["left_out"]:
         lines.append(
             tr(
-                "{count} features projected, {left_out} left out",
+                "features projected: {count}, left out: {left_out}",
                 count=result["features"],
                 left_out=result["left_out"],
             )

@@ -114,8 +114,8 @@ def _result_text(result: dict[str, Any]) -> str:
     lines = [text_tables.table(headers, units, rows)] if rows else []
     lines.append(
         tr_n(
-            "{count} plane of {all} has no set.",
-            "{count} planes of {all} have no set.",
+            "{count} of {all} planes has no set.",
+            "{count} of {all} planes have no set.",
             result["unassigned"],
             all=result["n"],
         )

@@ -100,5 +100,5 @@ def run(args: argparse.Namespace, out: Output) -> None:
     ]
     out.text(tr_n("{count} fault", "{count} faults", slip_result.n))
     out.text(text_tables.table(headers, ["", "deg", "", "deg"], rows))
-    headers = [tr("right dihedra"), tr("trend/plunge"), tr("of faults")]
+    headers = [tr("right dihedra"), tr("trend/plunge"), tr("share of faults")]
     out.text(text_tables.table(headers, ["", "deg", "%"], dihedra_rows))

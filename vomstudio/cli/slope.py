@@ -171,7 +171,7 @@ def _facets_text(slopes: FacetSlopes) -> str:
         text_tables.table(headers, ["", tr("deg"), tr("deg"), "%", "%", "%", "%"], rows),
     ]
     if len(shares) > MAX_SHOWN_FACETS:
-        lines.append(tr("{count} more are in the table.", count=len(shares) - MAX_SHOWN_FACETS))
+        lines.append(tr("more facets in the table: {count}", count=len(shares) - MAX_SHOWN_FACETS))
     return "\n".join(lines)
 
 

@@ -94,7 +94,7 @@ def _fisher_rows(statistics: dict[str, Any]) -> list[tuple[str, str]]:
     rows = [(tr("Fisher mean"), text)]
     if fisher["registration_error_deg"] is not None:
         text = tr(
-            "{registration} deg (95 %), with alpha95 {total} deg",
+            "{registration} deg (95 %); combined with alpha95: {total} deg",
             registration=number(fisher["registration_error_deg"], 2),
             total=number(fisher["total95_deg"], 2),
         )
@@ -119,7 +119,7 @@ def _weight_rows(weights: dict[str, Any] | None) -> list[tuple[str, str]]:
         n=weights["effective_n"],
     )
     if count := weights["without_error"]:
-        text = tr("{text}; median error assumed for {count} without one", text=text, count=count)
+        text = tr("{text}; missing errors ({count}) replaced by the median", text=text, count=count)
     return [(tr("weights"), text)]
 
 

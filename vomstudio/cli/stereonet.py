@@ -161,7 +161,7 @@ def _report_maximum(density: dict[str, Any], out: Output) -> None:
     for part in density["parts"]:
         out.text(
             tr(
-                "densest: {name} {trend}/{plunge:02.0f} (trend/plunge), {value:.1f} {unit}",
+                "maximum density: {name} {trend}/{plunge:02.0f} (trend/plunge), {value:.1f} {unit}",
                 name=part["set"] or tr("all"),
                 trend=format_azimuth(part["trend_deg"]),
                 plunge=part["plunge_deg"],

@@ -28,7 +28,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "surface",
         run,
-        help_=tr("Measure the deviations of a patch from its plane, and its roughness"),
+        help_=tr("Measure the roughness of a patch and its deviations from a plane"),
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh, point cloud or table x, y, z"))
     add_options(parser, SurfaceOptions)
@@ -146,7 +146,7 @@ def _result_text(result: dict[str, Any], unit: str) -> str:
     else:
         lines.append(
             tr(
-                "Hurst's exponent {H:.2f} ± {error:.2f} (95 %) from {from_} to {to} {unit}.",
+                "Hurst exponent {H:.2f} ± {error:.2f} (95 %) from {from_} to {to} {unit}.",
                 unit=unit,
                 H=hurst["H"],
                 error=hurst["error95"],

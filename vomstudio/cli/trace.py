@@ -218,8 +218,8 @@ def _result_text(trace: FollowedTrace, unit: str) -> str:
     """Describe the length and the plane of a trace."""
     lines = [
         tr(
-            "The trace has {count} vertices and is {length:.3g} {unit} long; the maximum distance"
-            " to a way-point is {snap:.3g} {unit}.",
+            "The trace has {count} vertices and is {length:.3g} {unit} long; its maximum distance"
+            " from a way-point is {snap:.3g} {unit}.",
             unit=unit,
             count=trace.vertices,
             length=trace.length_m,
@@ -239,7 +239,8 @@ def _result_text(trace: FollowedTrace, unit: str) -> str:
     if trace.tried:
         lines.append(
             tr(
-                "Followed by {cost}, which gives the best plane among {tried}.",
+                "Followed with the cost {cost}, which gives the best plane (95 % errors in deg:"
+                " {tried}).",
                 cost=trace.cost,
                 tried=", ".join(
                     f"{trial.cost} ({text_tables.number(trial.error95_deg, 1)})"

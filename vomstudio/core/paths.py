@@ -34,7 +34,7 @@ def resource(*parts: str) -> Path:
         if path.exists():
             return path
     raise InputError(
-        tr("This file of the program is missing. Install VOM Studio again."),
+        tr("This program file is missing. Reinstall VOM Studio."),
         file=_RESOURCE_FOLDERS[0].joinpath(*parts),
     )
 

@@ -30,8 +30,8 @@ class FacetOptions(Options):
         minimum=1.0,
         maximum=89.0,
         label=to_translate("Angle"),
-        help=to_translate("maximum angle between a point's normal and its facet"),
-        tip=to_translate("Maximum angle between a point's normal and its facet"),
+        help=to_translate("maximum angle between the normals of a point and its facet"),
+        tip=to_translate("Maximum angle between the normals of a point and its facet"),
         automatic_text=to_translate("20, or 30 with --preset dse"),
         decimals=0,
     )
@@ -49,8 +49,8 @@ class FacetOptions(Options):
         minimum=3,
         maximum=MAX_POINTS,
         label=to_translate("Points"),
-        help=to_translate("minimum number of points of a facet"),
-        tip=to_translate("Minimum number of points of a facet"),
+        help=to_translate("minimum number of points in a facet"),
+        tip=to_translate("Minimum number of points in a facet"),
         automatic_text=to_translate("50; on a mesh, 1 % of its area; 100 with --preset dse"),
     )
     min_area_m2: float | None = option(
@@ -76,8 +76,9 @@ class FacetOptions(Options):
     preset: Literal["dse"] | None = option(
         None,
         help=to_translate(
-            "dse: find sets among the points, then their planes, like the Discontinuity Set"
-            " Extractor; --angle is then the half-angle of the cone about the pole of a set"
+            "dse: find sets from the point normals, then the planes of each set, as the"
+            " Discontinuity Set Extractor does; --angle is then the half-angle of the cone about"
+            " the pole of a set"
         ),
     )
 

@@ -187,7 +187,11 @@ def followed_trace(
     else:
         path = follower.follow(way_points, uses_whole_surface=True)
     cost = name or cost
-    notes = tr("followed through {count} way-points by {cost}", count=len(way_points), cost=cost)
+    notes = tr(
+        "followed through {count} way-points, using the cost {cost}",
+        count=len(way_points),
+        cost=cost,
+    )
     local_resolution = vertices.local_resolution(path.points) or 0.0
     remaining_trace = fit_remaining_plane(
         path.points, find_jumps(path.points, path.costs, path.way_point_rows, local_resolution)

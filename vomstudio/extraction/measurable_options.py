@@ -41,7 +41,9 @@ class MeasurableOptions(Options):
         None,
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
-        help=to_translate("standard deviation of a trace's vertices across their plane, m"),
+        help=to_translate(
+            "standard deviation of a trace's vertices perpendicular to their plane, m"
+        ),
         automatic_text=to_translate("1/20 of the resolution, about half a photo pixel"),
     )
     points: int | None = option(

@@ -137,7 +137,7 @@ def photo_trace(
     cost = name or cost
     snap_targets = marks if has_world_points else follower.project(pixels)
     notes = tr(
-        "followed through {count} way-points by {cost} in the photo {photo}",
+        "followed through {count} way-points in the photo {photo}, using the cost {cost}",
         count=len(marks),
         cost=cost,
         photo=photos.name,

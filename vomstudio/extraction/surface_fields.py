@@ -69,7 +69,7 @@ KINDS: dict[str, FieldKind] = {
         to_translate("Dip direction"),
         "dip direction",
         "°",
-        to_translate("Dip direction of that plane; grey if level within 1°."),
+        to_translate("Dip direction of the fitted plane; grey if horizontal within 1°."),
     ),
     "steepness": FieldKind(
         to_translate("Steepness, with overhangs"),
@@ -87,7 +87,7 @@ KINDS: dict[str, FieldKind] = {
         to_translate("Roughness"),
         "roughness",
         "m",
-        to_translate("Standard deviation of the points within the radius from their plane."),
+        to_translate("Standard deviation of distances from the plane fitted within the radius."),
     ),
     "coplanarity": FieldKind(
         to_translate("Coplanarity M"),

@@ -232,7 +232,7 @@ class DrawnTraceOptions(Options):
         None,
         metavar="SET",
         help=to_translate("set of the lines"),
-        automatic_text=to_translate("their column “set”"),
+        automatic_text=to_translate("from the column “set”"),
     )
     update: bool = option(
         False,

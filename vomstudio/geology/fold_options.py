@@ -44,13 +44,13 @@ class FoldOptions(Options):
         titles=(to_translate("Good only"), to_translate("Good, doubtful")),
         empty_text=to_translate("Any quality"),
         help=to_translate("use only planes with at least this verdict (column quality)"),
-        tip=to_translate("Use planes with this verdict for the fold axis"),
+        tip=to_translate("Use only planes with these verdicts for the fold axis"),
     )
     by: str | None = option(
         None,
         metavar="COLUMN",
         help=to_translate(
-            "compute an axis for each domain of this column, and test whether a single axis fits"
+            "compute an axis for each domain in this column, and test whether a single axis fits"
             " all"
         ),
     )

@@ -41,7 +41,7 @@ class RoseOptions(Options):
         None, metavar="COLUMN", help=to_translate("draw a rose for each value of this column")
     )
     scale: Literal["area", "length"] = option(
-        "area", help=to_translate("show shares by petal area or petal length")
+        "area", help=to_translate("make petal area or petal length proportional to the share")
     )
 
     def __post_init__(self) -> None:

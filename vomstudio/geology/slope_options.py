@@ -50,7 +50,9 @@ class SlopeOptions(Options):
     limits: Literal["curved", "straight"] = option(
         "curved",
         label=to_translate("Limits"),
-        help=to_translate("lateral limits of planes: small circles, or dip direction"),
+        help=to_translate(
+            "lateral limits of planes: small circles about the strike, or dip directions"
+        ),
         tip=to_translate("Lateral limits: small circles about the strike, or dip directions"),
         titles=(to_translate("small circles"), to_translate("dip directions")),
     )

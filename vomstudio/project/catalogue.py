@@ -17,7 +17,7 @@ from vomstudio.project.figures import text_figure as _text
 from vomstudio.project.records import ModelFeature
 from vomstudio.project.slip_figures import SLIP
 
-MISSING_MODEL_TEXT = to_translate("local frame: its model is missing")
+MISSING_MODEL_TEXT = to_translate("local frame: the model is missing")
 GRID_NORTH_TEXT = to_translate("grid north, as entered")
 
 Value = Callable[[Subject], Any]

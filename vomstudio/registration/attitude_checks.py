@@ -172,10 +172,10 @@ def _quarter_turns() -> list[tuple[Callable[[FloatArray], FloatArray], str]]:
 def _conventions() -> list[tuple[Callable[[FloatArray], FloatArray], str]]:
     return [
         *_quarter_turns(),
-        (_add_degrees(1, -90.0), tr("90° is subtracted from pitch (counted from straight down)")),
+        (_add_degrees(1, -90.0), tr("90° is subtracted from pitch (measured from straight down)")),
         (
             _add_degrees(1, 90.0),
-            tr("90° is added to pitch (counted downwards from the horizon)"),
+            tr("90° is added to pitch (measured downwards from the horizon)"),
         ),
         (_multiply(1.0, -1.0, 1.0), tr("the sign of pitch is reversed (positive downwards)")),
         (_multiply(-1.0, 1.0, 1.0), tr("the sign of yaw is reversed (counterclockwise)")),

@@ -50,7 +50,7 @@ class Observations(Options):
         None,
         metavar="FILE",
         help=to_translate(
-            "cameras of the model: cameras.json, or a file of COLMAP, Metashape, OpenDroneMap,"
+            "cameras of the model: cameras.json, or a file from COLMAP, Metashape, OpenDroneMap,"
             " Meshroom, MicMac, RealityCapture, OpenMVG, Bundler or nerfstudio"
         ),
         automatic_text=to_translate("next to the model"),

@@ -43,9 +43,9 @@ METHOD_NAMES = {
 
 _OBSERVATION_NAMES = {
     "points": to_translate("points"),
-    "cameras": to_translate("positions of cameras"),
-    "attitudes": to_translate("attitudes of cameras"),
-    "verticals": to_translate("verticals of cameras"),
+    "cameras": to_translate("camera positions"),
+    "attitudes": to_translate("camera attitudes"),
+    "verticals": to_translate("camera verticals"),
     "lengths": to_translate("lengths"),
     "level_lines": to_translate("level lines"),
     "plumb_lines": to_translate("plumb lines"),
@@ -277,7 +277,7 @@ def _north_facts(north: NorthReference | None) -> list[Fact]:
         values = {"stated": north.stated, "day": north.day}
         angle_deg = north.declination_deg
         facts.append(_fact("declination", f"{angle} ({source})", angle_deg=angle_deg, **values))
-    error_text = tr("± {angle:g}° common to all (1σ)", angle=north.doubt_deg)
+    error_text = tr("± {angle:g}° common to all azimuths (1σ)", angle=north.doubt_deg)
     return [*facts, _fact("north-error", error_text, sigma_deg=north.doubt_deg)]
 
 

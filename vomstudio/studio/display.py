@@ -225,9 +225,9 @@ def default_appearance(models: list[ModelData]) -> str:
     """Describe the appearance of models that are not coloured by a field."""
     mode = effective_mode("textured", models)
     if mode == "vertex_colors":
-        return tr("Own colours")
+        return tr("Vertex colours")
     if mode == "plain shaded" or (models and mode_problem(mode, models)):
-        return tr("Without colours")
+        return tr("No colours")
     return tr("Photo texture")
 
 

@@ -58,7 +58,7 @@ class PickOptions(ModelChoice):
     domain: str | None = option(
         None,
         metavar="DOMAIN",
-        help=to_translate("domain of the features, such as a wall of a fault"),
+        help=to_translate("domain of the features, such as the hanging wall of a fault"),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +74,68 @@ def test_pairs_with_matches_are_copied_completely(made, tmp_path: Path) -> None:
     finally:
         one.close()
         two.close()
+
+
+def _database(
+    path: Path, photos: Sequence[object], rows: Sequence[int], matching_key: str = "k"
+) -> Path:
+    """A database of some of the photos, in this order, whose features are those of `made`."""
+    features = [_features(row) for row in rows]
+    keys = [f"key {row}" for row in rows]
+    match_database.open_database(
+        path, [photos[row] for row in rows], features, keys, matching_key=matching_key
+    )
+    return path
+
+
+def _write_pair(path: Path, pair: tuple[int, int], matches: np.ndarray) -> None:
+    database = pycolmap.Database.open(path)
+    database.write_matches(*pair, matches)
+    geometry = pycolmap.TwoViewGeometry()
+    geometry.inlier_matches = matches[:12]
+    geometry.config = 3 if len(matches) else 0
+    database.write_two_view_geometry(*pair, geometry)
+    database.close()
+
+
+def test_known_pairs_are_copied_in_another_order_of_photos(made, tmp_path: Path) -> None:
+    photos = made[1][0]
+    earlier = _database(tmp_path / "earlier.db", photos, [0, 1])
+    matches = np.column_stack([np.arange(13), np.arange(13)[::-1]]).astype(np.uint32)
+    _write_pair(earlier, (1, 2), matches)
+    now = _database(tmp_path / "now.db", photos, [2, 1, 0])
+    assert match_database.copy_known_pairs(now, [tmp_path / "missing.db", earlier]) == 1
+    assert match_database.match_counts(now) == {(1, 2): (13, 12)}
+    _, _, copied, verified = match_database.read_pair_matches(now, 1, 2)
+    assert np.array_equal(copied, matches[:, ::-1])
+    assert np.array_equal(verified, matches[:12, ::-1])
+    assert match_database.copy_known_pairs(now, [earlier]) == 0
+
+
+def test_pairs_without_matches_are_not_compared_again(made, tmp_path: Path) -> None:
+    photos = made[1][0]
+    earlier = _database(tmp_path / "earlier.db", photos, [0, 1, 2])
+    _write_pair(earlier, (2, 3), np.zeros((0, 2), np.uint32))
+    now = _database(tmp_path / "now.db", photos, [1, 2])
+    assert match_database.copy_known_pairs(now, [earlier]) == 1
+    assert match_database.match_counts(now) == {(0, 1): (0, 0)}
+
+
+def test_pairs_compared_by_other_rules_or_in_damaged_databases_are_ignored(
+    made, tmp_path: Path
+) -> None:
+    photos = made[1][0]
+    matches = np.column_stack([np.arange(13), np.arange(13)]).astype(np.uint32)
+    other = _database(tmp_path / "other.db", photos, [0, 1], matching_key="seed 1")
+    damaged = _database(tmp_path / "damaged.db", photos, [0, 1])
+    for path in (other, damaged):
+        _write_pair(path, (1, 2), matches)
+    damaged.write_bytes(b"damaged" * 1000)
+    now = _database(tmp_path / "now.db", photos, [0, 1])
+    assert match_database.copy_known_pairs(now, [other, damaged]) == 0
+    for content in ("[]", '{"matching": "k", "photos": 3}'):
+        damaged.with_suffix(".json").write_text(content)
+        assert match_database.copy_known_pairs(now, [damaged]) == 0
 
 
 def test_queries_keep_the_locks_of_an_open_database(made, tmp_path: Path) -> None:

@@ -1,6 +1,8 @@
 """What is finished stays finished."""
 
 import errno
+import json
+import os
 
 import pytest
 
@@ -9,9 +11,9 @@ from vomstudio.core.errors import TargetError
 from vomstudio.photogrammetry.base.checkpoints import (
     Checkpoints,
     file_name,
-    make_key,
     write_atomically,
 )
+from vomstudio.photogrammetry.base.stage_folders import CURRENT_FILE, FEATURES, WORK, stage_folder
 
 
 def test_stage_is_done_only_after_it_is_finished(tmp_path):
@@ -41,15 +43,31 @@ def test_time_of_an_unfinished_run_is_included(tmp_path):
     assert Checkpoints(tmp_path).stage("depths").seconds == pytest.approx(15, abs=0.5)
 
 
-def test_stages_of_other_settings_are_removed(tmp_path):
-    Checkpoints(tmp_path).stage("depths", 1).finish()
+def test_folders_in_use_are_recorded_and_others_kept(tmp_path):
+    other = Checkpoints(tmp_path).stage("depths", 1)
+    other.finish()
     now = Checkpoints(tmp_path)
-    now.stage("depths", 2).finish()
-    now.remove_other_stages()
-    assert [p.name for p in tmp_path.iterdir()] == [f"depths-{make_key('depths', 2)}"]
+    stage = now.stage("depths", 2)
+    assert now.other_folders(stage) == [other.folder]
+    stage.finish()
+    now.record_current()
+    recorded = json.loads((tmp_path / CURRENT_FILE).read_text())
+    assert recorded["folders"] == [stage.folder.name, FEATURES]
+    assert other.folder.is_dir()
 
 
-def test_partial_files_and_stages_of_a_killed_run_are_removed(tmp_path):
+def test_folder_of_a_stage_that_is_used_again_becomes_the_newest(tmp_path):
+    work = tmp_path / WORK
+    old, new = (Checkpoints(work).stage("depths", k) for k in (1, 2))
+    for seconds, stage in ((100, old), (200, new)):
+        stage.finish()
+        os.utime(stage.folder, (seconds, seconds))
+    assert stage_folder(tmp_path, "depths") == new.folder
+    assert Checkpoints(work).stage("depths", 1).is_done
+    assert stage_folder(tmp_path, "depths") == old.folder
+
+
+def test_partial_files_of_a_killed_run_are_removed(tmp_path):
     old = Checkpoints(tmp_path).stage("depths", "other settings")
     stage = Checkpoints(tmp_path).stage("depths")
     (stage.folder / ".a.npz.part").write_bytes(b"half")
@@ -59,8 +77,6 @@ def test_partial_files_and_stages_of_a_killed_run_are_removed(tmp_path):
     assert [p.name for p in stage.folder.iterdir()] == ["b.npz"]
     assert old.folder.exists(), "other settings may be gone on with"
     now.stage("depths").finish()
-    now.remove_other_stages()
-    assert not old.folder.exists()
     assert now.size() == sum(p.stat().st_size for p in tmp_path.glob("*/*"))
 
 

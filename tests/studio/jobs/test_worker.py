@@ -251,7 +251,7 @@ def test_job_out_of_memory_is_reported_and_the_worker_continues(worker):
             "killed by the system, probably for lack of memory). Finished results are kept. Take",
         ),
         (GIVEN_UP, "There is not enough memory for this task. Take less."),
-        (DIE, "(code -6). Finished results are kept. Try again."),
+        (DIE, "(exit code -6). Finished results are kept. Try again."),
     ],
 )
 def test_killed_worker_is_reported_with_a_remedy(worker, task, words):

@@ -35,8 +35,8 @@ def result_text(fit: dict[str, Any]) -> str:
         text = tr("A single plane fits all traces.")
     else:
         text = tr(
-            "The bed is bent (a plane has p {p}): a surface of degree {degree} fits it, RMS {rms}"
-            " m.",
+            "The bed is curved (p {p} for a plane): a surface of degree {degree} fits it with RMS"
+            " {rms} m.",
             p=text_tables.figures(fit["p"]),
             degree=fit["degree"],
             rms=text_tables.figures(fit["rms_m"]),

@@ -79,7 +79,7 @@ def crossing_text(crossing: Mapping[str, Any]) -> str:
     """Describe the plane that contains two crossing traces."""
     return tr(
         "{first} and {second} cross at {angle:.0f} deg. If they belong to one plane, it is"
-        " {plane} (dip direction/dip, 95 %; at least {smallest:.2f} deg).",
+        " {plane} (dip direction/dip ± maximum 95 % error; minimum {smallest:.2f} deg).",
         first=crossing["first"],
         second=crossing["second"],
         angle=crossing["crossing_deg"],

@@ -98,7 +98,7 @@ def failure_reason(folder: Path, error: BaseException) -> str:
         return tr("the disk is read-only")
     if not isinstance(error, OSError | sqlite3.Error) and is_disk_message(error):
         # Messages of C++ libraries are not intended for users.
-        return tr("a library could not write")
+        return tr("a library reported a write error")
     return str(getattr(error, "strerror", None) or error)
 
 

@@ -61,7 +61,7 @@ _CONTROL_REMEDY = to_translate(
 _PICTURE_REMEDY = to_translate("Specify the table that belongs to the picture.")
 _DOCUMENT_REMEDY = to_translate("Copy its table into a text file (CSV).")
 _ARCHIVE_REMEDY = to_translate("Unpack it and specify a file in it.")
-_TABLE_REMEDY = to_translate("Export it as a table in CSV.")
+_TABLE_REMEDY = to_translate("Export it as a CSV table.")
 
 _KINDS = (
     FileKind("geojson", "GeoJSON", _ATTRIBUTES_REMEDY),

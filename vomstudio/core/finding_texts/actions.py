@@ -46,7 +46,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.region-set": (
         "info",
-        to_translate("A region is set, which decides what is reconstructed."),
+        to_translate("A region is set, so only the part inside it is reconstructed."),
     ),
     "action.no-clipping-box": (
         "info",
@@ -338,14 +338,16 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.round-running": (
         "info",
-        to_translate("Picks are being repeated. Finish or stop this first."),
+        to_translate("Picks are being repeated. Finish or stop re-picking first."),
     ),
     "action.slope-is-facet": (
         "info",
-        to_translate("Each facet is its own slope. Choose One face first."),
+        to_translate("Each facet is analysed as a slope. Choose One face first."),
     ),
     "action.stable-part-without-file": (
         "info",
-        to_translate("Commands need a file for the stable part. Choose polygons or a model."),
+        to_translate(
+            "A command needs a file that defines the stable part. Choose polygons or a model."
+        ),
     ),
 }

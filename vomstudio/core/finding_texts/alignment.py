@@ -79,7 +79,7 @@ TEXTS: dict[str, Entry] = {
     "alignment.exif-focal-dropped": (
         "info",
         to_translate(
-            "With the EXIF focal length only {aligned} photos could be aligned, without it"
+            "With the EXIF focal length, only {aligned} photos could be aligned; without it,"
             " {aligned_without}."
         ),
     ),
@@ -297,8 +297,8 @@ TEXTS: dict[str, Entry] = {
     "join.few-markers": (
         "warning",
         to_translate(
-            "A component of {size} photos is not joined: both contain only {common} of {least}"
-            " required markers. Mark more, spread out, in two photos of each."
+            "A component of {size} photos is not joined: only {common} of {least} required markers"
+            " are in both components. Mark more, far apart, in two photos of each component."
         ),
     ),
     "join.begun-markers": (

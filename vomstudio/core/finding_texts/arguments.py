@@ -46,7 +46,7 @@ TEXTS: dict[str, Entry] = {
     "array.lengths-differ": (
         "error",
         to_translate(
-            "{name} has {count} rows, {other} has {other_count}, so they do not form pairs. Pass"
+            "{name} has {count} rows, but {other} has {other_count}, so they cannot be paired. Pass"
             " the same number of rows."
         ),
     ),
@@ -80,7 +80,8 @@ TEXTS: dict[str, Entry] = {
     "array.not-flags": (
         "error",
         to_translate(
-            "Each of the {count} points needs True or False. Pass an array ({count},) of bool."
+            "Each of the {count} points needs True or False. Pass a Boolean array of shape"
+            " ({count},)."
         ),
     ),
     "array.no-such-element": (

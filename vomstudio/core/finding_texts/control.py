@@ -95,7 +95,7 @@ TEXTS: dict[str, Entry] = {
     "control.marks-scattered": (
         "error",
         to_translate(
-            "The marks of the control points differ by {scatter_px:.0f} px, so they cannot show"
+            "The marks of the control points scatter by {scatter_px:.0f} px, so they cannot show"
             " the same points. Check labels, photos and poses."
         ),
     ),
@@ -109,7 +109,7 @@ TEXTS: dict[str, Entry] = {
     "control.marks-disagree": (
         "warning",
         to_translate(
-            "These points were not used, because their marks do not intersect at one position:"
+            "These points were not used, because the rays through their marks do not intersect:"
             " {labels}. Check their marks."
         ),
     ),
@@ -298,7 +298,8 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The rows may be in the wrong order: with the coordinates of {second} for {first},"
-            " and so on, they fit within {after_m:.2g} m instead of {before_m:.2g} m."
+            " and so on, they fit within {after_m:.2g} m instead of {before_m:.2g} m. Check the"
+            " order."
         ),
     ),
     "control.mark-outside": (
@@ -311,8 +312,8 @@ TEXTS: dict[str, Entry] = {
     "control.other-pixels": (
         "error",
         to_translate(
-            "The marks are {miss_px:.0f} pixels away from their points in the photos, and would"
-            " be {better_px:.1f} if {change}. Correct the marks."
+            "The residuals of the marks are {miss_px:.0f} pixels, but would be {better_px:.1f}"
+            " pixels if {change}. Correct the marks."
         ),
     ),
     "control.wrong-mark": (

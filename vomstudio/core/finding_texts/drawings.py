@@ -140,8 +140,8 @@ TEXTS: dict[str, Entry] = {
     "drawing.separate-parts": (
         "warning",
         to_translate(
-            "Disconnected parts of features count as separate traces: {count} more than there are"
-            " features."
+            "Disconnected parts of features are counted as separate traces. Additional traces:"
+            " {count}."
         ),
     ),
     "drawing.duplicates": (

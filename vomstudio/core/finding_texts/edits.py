@@ -9,8 +9,8 @@ TEXTS: dict[str, Entry] = {
     "proposals.none": (
         "error",
         to_translate(
-            "None of {proposed} proposals has the quality {quality}, so nothing was added. Change"
-            " the search options."
+            "None of the {proposed} proposals has the quality {quality}, so nothing was added."
+            " Change the search options."
         ),
     ),
     "proposals.not-found": (
@@ -148,10 +148,11 @@ TEXTS: dict[str, Entry] = {
     "model.in-use": (
         "error",
         to_translate(
-            "{count} feature was measured on {model}. Delete it first, or hide the model."
+            "{count} feature was measured on {model}. Delete the feature first, or hide the model."
         ),
         to_translate(
-            "{count} features were measured on {model}. Delete them first, or hide the model."
+            "{count} features were measured on {model}. Delete the features first, or hide the"
+            " model."
         ),
     ),
     "frame.unit-not-positive": (
@@ -164,11 +165,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "surroundings.up-to-date": (
         "error",
-        to_translate("All features were measured by the current method."),
+        to_translate("All features are up to date: they were measured with the current method."),
     ),
     "feature.has-plane": (
         "error",
-        to_translate("{feature} has a plane that is fitted to its vertices. Edit it as a trace."),
+        to_translate("{feature} has a plane fitted to its vertices. Edit the feature as a trace."),
     ),
     "feature.no-attribute": (
         "error",
@@ -201,7 +202,7 @@ TEXTS: dict[str, Entry] = {
     "repeat.other-kind": (
         "error",
         to_translate(
-            "A repeat must have the same kind as its first pick. Select a feature of the same kind."
+            "A repeat must be of the same kind as its first pick. Select a feature of this kind."
         ),
     ),
     "repeat.of-repeat": (
@@ -210,7 +211,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "view.name-length": (
         "error",
-        to_translate("The name of a view has at most {maximum} letters. Enter a shorter name."),
+        to_translate("The name of a view has at most {maximum} characters. Enter a shorter name."),
     ),
     "view.too-many": (
         "error",

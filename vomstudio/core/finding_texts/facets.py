@@ -45,8 +45,8 @@ TEXTS: dict[str, Entry] = {
     "cloud.streamed": (
         "error",
         to_translate(
-            "This cloud is streamed in parts, so a patch cannot grow on it. Draw its outline"
-            " instead."
+            "This cloud is streamed in parts, so a patch cannot grow on it. Draw the outline of the"
+            " patch instead."
         ),
     ),
     "fields.points-in-line": (

@@ -347,6 +347,6 @@ TEXTS: dict[str, Entry] = {
     ),
     "file.name-encoding": (
         "error",
-        to_translate("The name of the file is not UTF-8. Rename it."),
+        to_translate("The file name is not valid UTF-8. Rename the file."),
     ),
 }

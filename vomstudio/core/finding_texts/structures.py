@@ -383,8 +383,8 @@ TEXTS: dict[str, Entry] = {
     "fold.off-common-plane": (
         "info",
         to_translate(
-            "The means of {sets} are {off_deg}° off a common plane. If they share an axis, the"
-            " probability of this is {p:.2g}."
+            "The mean poles of {sets} deviate from a great circle by {off_deg}°. If the sets share"
+            " an axis, the probability of such deviations is {p:.2g}."
         ),
     ),
     "fold.scatter-assumed": (
@@ -396,13 +396,14 @@ TEXTS: dict[str, Entry] = {
     "fold.several-axes": (
         "warning",
         to_translate(
-            "No single direction shows all sets edge-on. Use a separate axis for each pair, as a"
-            " section does."
+            "No single direction shows all sets edge-on. Use a separate axis for each pair of sets."
         ),
     ),
     "fold.off-within-errors": (
         "warning",
-        to_translate("The means are off a common plane, but not by more than their errors."),
+        to_translate(
+            "The mean poles deviate from a great circle, but not by more than their errors."
+        ),
     ),
     "fold.one-axis": (
         "info",
@@ -442,7 +443,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "log.unknown-lithology": (
         "warning",
-        to_translate("“{word}” at {boundary} is not a lithology of the StraboSpot forms."),
+        to_translate(
+            "“{word}” at {boundary} is not among the lithologies in the StraboSpot forms."
+        ),
     ),
     "log.thickness-uncertain": (
         "warning",
@@ -559,7 +562,7 @@ TEXTS: dict[str, Entry] = {
     "fold.two-dip-domains": (
         "warning",
         to_translate(
-            "Two dip domains, {apart_deg:.0f}° apart, always lie on a great circle, so"
+            "Poles of two dip domains, {apart_deg:.0f}° apart, always lie on a great circle, so"
             " cylindricity cannot be tested. Beta is the intersection of the limbs."
         ),
     ),
@@ -584,33 +587,34 @@ TEXTS: dict[str, Entry] = {
     "displacement.no-pairs": (
         "error",
         to_translate(
-            "Select two traces of the same bed on both sides of the fault, and add them. Several"
-            " pairs give a mean."
+            "Select two traces of the same bed, one on each side of the fault, and add them as a"
+            " pair. Several pairs give a mean."
         ),
     ),
     "displacement.no-fault": (
         "error",
-        to_translate("Select a plane that was picked on the fault, and use it."),
+        to_translate(
+            "No fault has been chosen. Select a plane that was picked on the fault, and click Use"
+            " selected."
+        ),
     ),
     "displacement.not-a-rake": (
         "error",
         to_translate(
-            "{value:g} is not a rake from 0 to 180 degrees. Enter a direction as trend and"
+            "{value:g} is not a valid rake. Enter 0 to 180 degrees, or a direction as trend and"
             " plunge, such as 120/45."
         ),
     ),
     "fold.needs-planes": (
         "error",
         to_translate(
-            "A fold axis needs at least {minimum} bedding planes, but there are {count}. Measure"
-            " more."
+            "A fold axis needs at least {minimum} bedding planes (measured: {count}). Measure more."
         ),
     ),
     "fold.needs-selected-planes": (
         "error",
         to_translate(
-            "A fold axis needs at least {minimum} selected bedding planes, but there are {count}."
-            " Select more."
+            "A fold axis needs at least {minimum} bedding planes (selected: {count}). Select more."
         ),
     ),
     "three-points.too-few": (

@@ -9,8 +9,8 @@ TEXTS: dict[str, Entry] = {
     "patch.not-a-place": (
         "error",
         to_translate(
-            "“{text}” is not a position with a radius. Use the form x,y,z,r: a World point and"
-            " metres."
+            "“{text}” is not a position with a radius. Use the form x,y,z,r: a World point and a"
+            " radius in metres."
         ),
     ),
     "patch.empty": (
@@ -41,8 +41,8 @@ TEXTS: dict[str, Entry] = {
     "patch.partly-planar": (
         "warning",
         to_translate(
-            "The plane does not fit {share_percent:.0f} % of the patch. Without this part it"
-            " rotates by {turn_deg:.1f}°."
+            "The plane does not fit {share_percent:.0f} % of the patch. Without this part, the"
+            " plane rotates by {turn_deg:.1f}°."
         ),
     ),
     "patch.two-planes": (
@@ -55,8 +55,8 @@ TEXTS: dict[str, Entry] = {
     "patch.bent": (
         "warning",
         to_translate(
-            "The patch is bent: a paraboloid explains {share_percent:.0f} % of its deviations."
-            " The smoothest direction refers to the remainder."
+            "The patch is bent: a paraboloid explains {share_percent:.0f} % of its mean square"
+            " deviation. The smoothest direction is computed from the residuals."
         ),
     ),
     "facet.no-field": (
@@ -104,16 +104,15 @@ TEXTS: dict[str, Entry] = {
     "roughness.several-exponents": (
         "warning",
         to_translate(
-            "The deviations grow with the power {short:.2f} of short and {long:.2f} of long"
-            " distances, so no single exponent fits. The surface may have grooves, waves or"
-            " steps."
+            "The exponent of the deviations is {short:.2f} at short and {long:.2f} at long"
+            " distances, so no single exponent fits. The surface may have grooves, waves or steps."
         ),
     ),
     "roughness.invalid-exponent": (
         "warning",
         to_translate(
-            "The deviations grow with the power {exponent:.2f} of the distance, outside 0 to 1."
-            " The surface is bent or smooth at this scale."
+            "The exponent of the deviations is {exponent:.2f}, outside 0 to 1. The surface is bent"
+            " or smooth at this scale."
         ),
     ),
     "roughness.direction-below-noise": (
@@ -144,8 +143,8 @@ TEXTS: dict[str, Entry] = {
     "measurable.trace-share": (
         "info",
         to_translate(
-            "Traces alone would give good planes on {good_percent:.0f} %; {exposed_percent:.0f} %"
-            " of the surface exposes the plane itself."
+            "Traces alone would give good planes on {good_percent:.0f} % of the surface; on"
+            " {exposed_percent:.0f} %, the plane itself is exposed."
         ),
     ),
     "sample.tally": (

@@ -148,14 +148,15 @@ TEXTS: dict[str, Entry] = {
     "same-position": (
         "warning",
         to_translate(
-            "These photos have the same position as another one, but another direction or zoom:"
-            " {photos}. Take one photo from each position."
+            "These photos were taken from the same position as another, but with a different"
+            " direction or zoom: {photos}. Take one photo from each position."
         ),
     ),
     "near-identical": (
         "info",
         to_translate(
-            "These photos are almost identical to another: {photos}. You can leave out all but one."
+            "Each of these photos is almost identical to another: {photos}. You can leave out one"
+            " photo of each pair."
         ),
     ),
     "one-direction": (
@@ -217,7 +218,7 @@ TEXTS: dict[str, Entry] = {
     "focal-vague": (
         "warning",
         to_translate(
-            "The focal length of these photos is missing in EXIF and poorly constrained:"
+            "The focal length of these photos is missing from EXIF and poorly constrained:"
             " {photos}. Depths may be stretched, and dips wrong."
         ),
     ),
@@ -282,7 +283,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate(
             "“{camera}” is not in the list of cameras (similar: {similar}). Specify a photo taken"
-            " with it, or numbers, such as 23.5x15.6,35,6000x4000."
+            " with it, or sensor, focal length and pixels, such as 23.5x15.6,35,6000x4000."
         ),
     ),
     "plan.not-a-camera": (
@@ -310,8 +311,8 @@ TEXTS: dict[str, Entry] = {
     "plan.too-many-photos": (
         "error",
         to_translate(
-            "This survey would take about {photos:,.0f} photos. Increase the distance, or plan a"
-            " part of the outcrop."
+            "This survey would take about {photos:,.0f} photos. Increase the distance, or plan"
+            " only part of the outcrop."
         ),
     ),
     "plan.too-close": (
@@ -342,8 +343,8 @@ TEXTS: dict[str, Entry] = {
     "plan.narrow-strip": (
         "warning",
         to_translate(
-            "The outcrop is a narrow strip, so its control points are nearly in line. Place and"
-            " photograph some beside it or in front."
+            "The outcrop is a narrow strip, so its control points are nearly in line. Place more"
+            " beside or in front of it, and photograph them."
         ),
     ),
     "plan.thin-border": (
@@ -357,7 +358,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "plan.unregistrable": (
         "warning",
-        to_translate("The positions of the cameras alone cannot register the model."),
+        to_translate("The model cannot be registered by camera positions alone."),
     ),
     "plan.rotation": (
         "warning",
@@ -376,8 +377,8 @@ TEXTS: dict[str, Entry] = {
     "plan.nearly-in-line": (
         "warning",
         to_translate(
-            "The camera positions are nearly in line. Take a second set from farther away or"
-            " higher, with an overlap of more than 60 %."
+            "The camera positions are nearly in line. Take a second set of photos from farther"
+            " away or higher, with more than 60 % overlap."
         ),
     ),
     "plan.measure-on-site": (
@@ -418,22 +419,23 @@ TEXTS: dict[str, Entry] = {
     "survey.planes-by-photos": (
         "info",
         to_translate(
-            "Planes {size} across are expected within {error_deg:.1f}°, and those {textbook_size}"
-            " across (the textbook's limit of 1000 pixels) within {textbook_error_deg:.1f}° (95"
-            " %)."
+            "Planes {size} across should be accurate to {error_deg:.1f}°, and those"
+            " {textbook_size} across (the textbook's limit of 1000 pixels) to"
+            " {textbook_error_deg:.1f}° (95 %)."
         ),
     ),
     "survey.planes-by-model": (
         "info",
         to_translate(
-            "Planes {size} across are expected within {error_deg:.1f}°, and those {textbook_size}"
-            " across (100 times the resolution) within {textbook_error_deg:.1f}° (95 %)."
+            "Planes {size} across should be accurate to {error_deg:.1f}°, and those"
+            " {textbook_size} across (100 times the resolution) to {textbook_error_deg:.1f}° (95"
+            " %)."
         ),
     ),
     "survey.no-planes": (
         "warning",
         to_translate(
-            "No plane can be measured within {wanted_deg:g}°, because the registration may be"
+            "No plane can be measured to within {wanted_deg:g}°, because the registration may be"
             " wrong by {registration_deg:.1f}° (95 %)."
         ),
     ),
@@ -497,7 +499,8 @@ TEXTS: dict[str, Entry] = {
     "video.too-fast": (
         "error",
         to_translate(
-            "The camera moves too fast {moments} times, so that frames do not overlap enough."
+            "The camera moved too fast {moments} times, so consecutive frames do not overlap"
+            " enough."
         ),
     ),
     "video.small": (

@@ -22,7 +22,8 @@ TEXTS: dict[str, Entry] = {
     "table.too-large": (
         "error",
         to_translate(
-            "The text has {size_gib:.1f} GiB. Convert this many points to LAS or PLY first."
+            "The text file is too large ({size_gib:.1f} GiB). Convert the points to LAS or PLY"
+            " first."
         ),
     ),
     "table.too-many-rows": (
@@ -63,15 +64,15 @@ TEXTS: dict[str, Entry] = {
     "table.doubtful-header": (
         "error",
         to_translate(
-            "Column {column}: line {header_line} was read as the header, because '{cell}' is not"
-            " a number. If it is data, add a header above it."
+            "Column {column}: line {header_line} was read as the header, because '{cell}' is not a"
+            " number. If this line contains data, add a header above it."
         ),
     ),
     "table.missing-column": (
         "error",
         to_translate(
-            "The table has no column for {column}. The columns are: {columns}. Rename one to one"
-            " of: {names}."
+            "The table has no column for {column}. The columns are: {columns}. Rename the matching"
+            " column to one of: {names}."
         ),
     ),
     "table.unknown-column": (
@@ -114,7 +115,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "table.unknown-word": (
         "error",
-        to_translate("'{cell}' is not one of: {words}. Correct it."),
+        to_translate("'{cell}' is not valid here. Use one of: {words}."),
     ),
     "table.repeated-label": (
         "error",
@@ -123,8 +124,8 @@ TEXTS: dict[str, Entry] = {
     "table.invalid-wkt": (
         "error",
         to_translate(
-            "An outline in the column wkt is not a valid geometry. Write it as WKT, or leave it"
-            " empty."
+            "An outline in the column wkt is not a valid geometry. Write it as WKT, or leave the"
+            " cell empty."
         ),
     ),
     "table.rows-left-out": (
@@ -148,15 +149,15 @@ TEXTS: dict[str, Entry] = {
     "table.segments": (
         "warning",
         to_translate(
-            "Lines such as '---' divide the rows into {count} parts, but all points are fitted by"
-            " one plane. To fit each part, use --by segment."
+            "Lines such as '---' divide the rows into {count} parts, but one plane is fitted to"
+            " all points. To fit each part, use --by segment."
         ),
     ),
     "table.groups": (
         "warning",
         to_translate(
-            "Column '{column}' has {count} different values and may define groups, but all points"
-            " are fitted by one plane. To fit each group, use --by {by}."
+            "Column '{column}' has {count} different values and may define groups, but one plane"
+            " is fitted to all points. To fit each group, use --by {by}."
         ),
     ),
     "table.only-repeats": (
@@ -198,8 +199,8 @@ TEXTS: dict[str, Entry] = {
     "orientation.two-conventions": (
         "warning",
         to_translate(
-            "{column} has two conventions: {other_count} cells with letters, and {count} pairs of"
-            " numbers, read as {notation}."
+            "{column} mixes two notations: {other_count} cells with letters, and {count} pairs of"
+            " numbers, which are read as {notation}."
         ),
     ),
     "orientation.other-axes": (
@@ -274,9 +275,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "orientation.planes-with-lines": (
         "warning",
-        to_translate(
+        *to_translate_n(
+            "{count} row contains a plane and a line and is read as a plane. To choose, add a"
+            " column 'element' (plane or line).",
             "{count} rows contain a plane and a line and are read as planes. To choose, add a"
-            " column 'element' (plane or line)."
+            " column 'element' (plane or line).",
         ),
     ),
     "slip.missing-columns": (
@@ -330,8 +333,8 @@ TEXTS: dict[str, Entry] = {
     "repeats.no-column": (
         "error",
         to_translate(
-            "The table has no column repeat_of. Specify a column with --by whose value is the"
-            " same for picks of the same structure."
+            "The table has no column repeat_of. With --by, specify a column whose value is the"
+            " same for all picks of a structure."
         ),
     ),
     "table.no-errors": (
@@ -362,25 +365,25 @@ TEXTS: dict[str, Entry] = {
     "repeats.scatter": (
         "info",
         *to_translate_n(
-            "{count} repeat: picks scatter by {error_deg:.1f}° (95 %), with an uncertainty of"
-            " {low_deg:.1f} to {high_deg:.1f}°.",
-            "{count} repeats: picks scatter by {error_deg:.1f}° (95 %), with an uncertainty of"
-            " {low_deg:.1f} to {high_deg:.1f}°.",
+            "{count} repeat: picks scatter by {error_deg:.1f}° (95 %), with a confidence interval"
+            " of {low_deg:.1f} to {high_deg:.1f}°.",
+            "{count} repeats: picks scatter by {error_deg:.1f}° (95 %), with a confidence interval"
+            " of {low_deg:.1f} to {high_deg:.1f}°.",
         ),
     ),
     "repeats.no-errors": ("info", to_translate("The picks have no stated errors for comparison.")),
     "repeats.interpreters-differ": (
         "warning",
         to_translate(
-            "Interpreters differ from each other by more than their own repeats differ (F"
-            " {ratio:.1f}, p {p:.3f})."
+            "Differences between interpreters are significantly larger than between repeats by the"
+            " same interpreter (F {ratio:.1f}, p {p:.3f})."
         ),
     ),
     "repeats.interpreters-alike": (
         "info",
         to_translate(
-            "Interpreters do not differ from each other significantly more than their own repeats"
-            " differ (F {ratio:.1f}, p {p:.2f})."
+            "Differences between interpreters are not significantly larger than between repeats by"
+            " the same interpreter (F {ratio:.1f}, p {p:.2f})."
         ),
     ),
     "repeats.only-picking": (

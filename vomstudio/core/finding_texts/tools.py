@@ -43,7 +43,7 @@ TEXTS: dict[str, Entry] = {
     "tool.path-pending": (
         "info",
         to_translate(
-            "The path of the previous feature is still being computed. Paint after it has"
+            "The path of the previous feature is still being computed. Paint after the feature has"
             " been saved."
         ),
     ),
@@ -67,7 +67,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "selection.no-feature-inside": (
         "info",
-        to_translate("The shape contains no centre of a visible feature. Draw a larger shape."),
+        to_translate(
+            "The shape does not contain the centre of any visible feature. Draw a larger shape."
+        ),
     ),
     "view.no-normal": (
         "error",
@@ -79,7 +81,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "type.other-geometry": (
         "warning",
-        to_translate("{type} is not suitable for all of these features. The others are unchanged."),
+        to_translate("{type} is not suitable for some of these features, which are unchanged."),
     ),
     "type.shown-again": (
         "info",
@@ -204,7 +206,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "slip.no-plane": (
         "error",
-        to_translate("Choose the plane that contains the line first."),
+        to_translate("First choose the plane that contains the line."),
     ),
     "feature.continued": (
         "error",
@@ -218,16 +220,18 @@ TEXTS: dict[str, Entry] = {
     ),
     "follow.continued": (
         "error",
-        to_translate("An edited feature is picked point by point."),
+        to_translate(
+            "While a feature is edited, its path cannot be followed. Pick its points one by one."
+        ),
     ),
     "follow.by-cost": (
         "info",
-        to_translate("Followed by {cost} through {points} way-points."),
+        to_translate("Followed through {points} way-points, using the cost {cost}."),
     ),
     "follow.by-best-cost": (
         "info",
         to_translate(
-            "Followed by {cost}, the cost with the best plane, through {points} way-points."
+            "Followed through {points} way-points, using the cost with the best plane, {cost}."
         ),
     ),
     "follow.searching": ("info", to_translate("Tracing…")),

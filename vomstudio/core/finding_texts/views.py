@@ -71,8 +71,8 @@ TEXTS: dict[str, Entry] = {
     "view.axis-error-unknown": (
         "warning",
         to_translate(
-            "The error of the direction is unknown. {error_deg:.1f}° would shorten lengths in the"
-            " tilt direction by {share_percent:.1f} % and displace points by up to"
+            "The direction error is unknown. An error of {error_deg:.1f}° would shorten lengths in"
+            " the tilt direction by {share_percent:.1f} % and displace points up to"
             " {displacement:.3g} {unit} (depth {depth:.3g} {unit})."
         ),
     ),
@@ -133,7 +133,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "view.flipped": (
         "info",
-        to_translate("Flipped on request. Before: {reason}"),
+        to_translate("The view was flipped on request. Before: {reason}"),
     ),
     "gsd.texture": (
         "info",
@@ -283,7 +283,8 @@ TEXTS: dict[str, Entry] = {
     "sidecar.other-file": (
         "error",
         to_translate(
-            "This is not the sidecar of an orthophoto. Choose the NAME.json written with it."
+            "This is not the sidecar of an orthophoto. Choose the file NAME.json that was written"
+            " with the orthophoto."
         ),
     ),
     "sidecar.no-place": (
@@ -304,15 +305,15 @@ TEXTS: dict[str, Entry] = {
     "drawing.several-pictures": (
         "error",
         to_translate(
-            "{count} pictures of the drawing, at different positions, may be the orthophoto. Keep"
-            " only the one the lines were drawn on, linked as {name}."
+            "{count} pictures in the drawing, at different positions, may be the orthophoto. Keep"
+            " only the one on which the lines were drawn, linked as {name}."
         ),
     ),
     "drawing.on-map": (
         "error",
         to_translate(
-            "The drawing is in map coordinates ({crs}), but the orthophoto has its own plane."
-            " Draw on the GeoTIFF in its own coordinates."
+            "The drawing is in map coordinates ({crs}), but the orthophoto is in those of its view"
+            " plane. Draw in the coordinates of the GeoTIFF."
         ),
     ),
     "drawing.off-surface": (

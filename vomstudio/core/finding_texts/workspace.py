@@ -29,8 +29,8 @@ TEXTS: dict[str, Entry] = {
     "drawing.orthophoto-of-other-file": (
         "warning",
         to_translate(
-            "The orthophoto was made from another file than {model}, or before its file changed."
-            " Make it again."
+            "The orthophoto was made from a file other than {model}, or before this file changed."
+            " Create the orthophoto again."
         ),
     ),
     "picks.none-usable": (
@@ -60,8 +60,8 @@ TEXTS: dict[str, Entry] = {
     "model.cloud-too-large": (
         "error",
         to_translate(
-            "{model} is too large to be loaded completely. Raise the limit of points in the"
-            " settings, or cut out a part."
+            "{model} is too large to be loaded completely. Raise the point limit in the settings,"
+            " or cut out a part."
         ),
     ),
     "model.fields-too-large": (
@@ -105,7 +105,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "selection.no-feature-read": (
         "error",
-        to_translate("Select the trace, patch or line that was measured by compass."),
+        to_translate("Select the trace, patch or line that was measured with a compass."),
     ),
     "slip.across-plane": (
         "error",
@@ -116,7 +116,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "feature.not-on-model": (
         "error",
-        to_translate("{feature} is not on a model. Select its trace, patch or line on the model."),
+        to_translate("{feature} is not on a model. Select a trace, patch or line on the model."),
     ),
     "feature.no-attitude": (
         "error",
@@ -170,7 +170,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "project.on-disk-again": (
         "warning",
-        to_translate("All steps are saved on disk again."),
+        to_translate("Saving works again. All steps are on disk."),
     ),
     "project.closed": ("error", to_translate("The project is closed. Open it again.")),
     "project.recovered-and-saved": (
@@ -281,7 +281,7 @@ TEXTS: dict[str, Entry] = {
     "grid.too-many-cells": (
         "error",
         to_translate(
-            "The grid would have more than {maximum:,} cells. Enter a cell side of at least"
+            "The grid would have more than {maximum:,} cells. Enter a cell size of at least"
             " {minimum:.2g}."
         ),
     ),
@@ -337,7 +337,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "filter.text-has-no-size": (
         "error",
-        to_translate("“{condition}” compares a text by size. Use : (contains) or = (equals)."),
+        to_translate("“{condition}” compares text with < or >. Use : (contains) or = (equals)."),
     ),
     "view.damaged": (
         "warning",
@@ -360,7 +360,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "frame.of-project": (
         "info",
-        to_translate("The file specifies no CRS, so the CRS of the project is used, {crs}."),
+        to_translate("The file specifies no CRS, so the CRS of the project ({crs}) is used."),
     ),
     "frame.undeclared": (
         "warning",

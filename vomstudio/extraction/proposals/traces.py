@@ -150,7 +150,7 @@ def propose_traces(
     for i, line in enumerate(lines):
         progress.step(SURROGATES)
         points = surface.world(graph, line.nodes)
-        notes = tr("proposed by {cost}, not reviewed", cost=name)
+        notes = tr("proposed using the cost {cost}, not reviewed", cost=name)
         plane, band, _ = fit_trace_plane(
             points,
             vertices,

@@ -66,12 +66,14 @@ class LogLine(Options):
     line: str | None = option(
         None,
         metavar="NAME",
-        help=to_translate("name or id of the project line to draw the log along"),
+        help=to_translate("name or id of the project line along which the log is drawn"),
     )
     of: Literal["traces", "points", "both"] | None = option(
         None,
         label=to_translate("Boundaries"),
-        help=to_translate("boundaries of the log: traces across the line, its points, or both"),
+        help=to_translate(
+            "boundaries of the log: traces across the line, points of the line, or both"
+        ),
         tip=to_translate("Boundaries of the log"),
         titles=(
             to_translate("traces across the line"),
@@ -88,7 +90,7 @@ class LogLine(Options):
         label=to_translate("Traces within"),
         help=to_translate("maximum distance of a trace from the line, m"),
         tip=to_translate("Maximum distance of a trace from the line"),
-        automatic_text=to_translate("a twentieth of the length of the line"),
+        automatic_text=to_translate("1/20 of the length of the line"),
     )
     type: str | None = option(
         None,

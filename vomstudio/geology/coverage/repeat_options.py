@@ -21,6 +21,6 @@ class RepeatOptions(Options):
     interpreter: str | None = option(
         None,
         metavar="COLUMN",
-        help=to_translate("column with the interpreter"),
+        help=to_translate("column with the name of the interpreter"),
         automatic_text=to_translate("interpreter, if present"),
     )

@@ -39,7 +39,9 @@ class FractureOptions(Options):
     plane: str | None = option(
         None,
         metavar="DD/D",
-        help=to_translate("plane on which three-dimensional lines are analysed; 000/00 is the map"),
+        help=to_translate(
+            "plane on which three-dimensional lines are analysed; 000/00 is the map plane"
+        ),
         automatic_text=to_translate("best-fit plane, if the lines are three-dimensional"),
     )
     snap_m: float = option(
@@ -58,7 +60,9 @@ class FractureOptions(Options):
     strikes: str | None = option(
         None,
         metavar="A-B,...",
-        help=to_translate("sets by ranges of strike, clockwise, such as 340-020,060-100"),
+        help=to_translate(
+            "ranges of strike that define the sets, clockwise, such as 340-020,060-100"
+        ),
     )
     terzaghi_cap: float | None = option(
         None,

@@ -32,7 +32,7 @@ class SetOptions(Options):
         minimum=1,
         label=to_translate("Sets"),
         help=to_translate("propose exactly this number of sets (at most the number of planes)"),
-        tip=to_translate("Number of sets; automatic: by likelihood"),
+        tip=to_translate("Number of sets (automatic: the most likely number)"),
     )
     seeds: str | None = option(
         None,

@@ -137,7 +137,7 @@ def assumption_finding(
     values = {"up": up, "unit": unit}
     texts = {"up": tr("{up} up", up=up), "unit": tr("unit {unit}", unit=unit)}
     assumed_values = {name: value for name, value in values.items() if value is not None}
-    assumption_texts = [*(texts[name] for name in assumed_values), tr("CRS none")]
+    assumption_texts = [*(texts[name] for name in assumed_values), tr("no CRS")]
     return Finding(
         "frame.assumed",
         severity,

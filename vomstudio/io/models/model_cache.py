@@ -304,7 +304,7 @@ def _open_folder(folder: Path, meta: dict[str, Any]) -> LoadedModel:
     arrays: dict[str, AnyArray] = {}
     for name, stored_array in meta["arrays"].items():
         if not name.replace("_", "").isalnum():
-            raise _damage_error(folder, tr("the names are not valid"))
+            raise _damage_error(folder, tr("the names of the arrays are not valid"))
         file = folder / f"{name}.npy"
         shape, kind = tuple(stored_array["shape"]), np.dtype(stored_array["dtype"])
         if kind.hasobject:
@@ -329,10 +329,10 @@ def _open_folder(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         )
         order = ProgressiveOrder(*(arrays[f"order_{k}"] for k in _ORDER_FIELDS))
         if not order.is_valid(n):
-            raise _damage_error(folder, tr("the order does not match the points"))
+            raise _damage_error(folder, tr("the stored order does not match the points"))
         data = PointCloud(points, colors, normals, fields, order)
     else:
-        raise _damage_error(folder, tr("it is neither mesh nor cloud"))
+        raise _damage_error(folder, tr("it is neither a mesh nor a point cloud"))
     row_arrays = [
         array
         for k, array in arrays.items()
@@ -342,7 +342,7 @@ def _open_folder(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         raise _damage_error(folder, tr("the arrays have different lengths"))
     crs = meta["crs"]
     if crs is not None and not isinstance(crs, str):
-        raise _damage_error(folder, tr("the reference system is not valid"))
+        raise _damage_error(folder, tr("the coordinate reference system is not valid"))
     return LoadedModel(
         data,
         meta["kind"],

@@ -90,7 +90,8 @@ def find_companion(folder: Path, name: str) -> tuple[Path | None, str | None]:
         return (
             path,
             tr(
-                "'{file}' is outside the model's folder; '{found}' in it is used instead",
+                "'{file}' is outside the model's folder, so '{found}' in this folder is used"
+                " instead",
                 file=name,
                 found=path.name,
             ),
@@ -174,13 +175,13 @@ def check_image(path: Path) -> str | None:
         with open_picture(path) as image:
             width, height = image.size
     except UnidentifiedImageError:
-        return tr("'{image}' is not an image that can be read", image=path.name)
+        return tr("'{image}' is not a readable image", image=path.name)
     except (InputError, OSError, ValueError, SyntaxError, MemoryError) as error:
         reason = error.message.rstrip(".") if isinstance(error, InputError) else error
         return tr("'{image}' cannot be read as an image ({reason})", image=path.name, reason=reason)
     if width < 1 or height < 1 or width * height > MAX_IMAGE_PIXELS:
         return tr(
-            "'{image}' has {width} x {height} pixels, which is too large",
+            "'{image}' is too large ({width} x {height} pixels)",
             image=path.name,
             width=width,
             height=height,

@@ -287,7 +287,7 @@ def read_registration(path: Path) -> StoredRegistration:
         raise InputError(finding, file=path)
     files = registration_fields.get("files")
     if not isinstance(files, dict) or not all(isinstance(file, str) for file in files.values()):
-        raise _damage_error(path, tr("“files” is not a list of names with their SHA-256"))
+        raise _damage_error(path, tr("“files” does not map file names to SHA-256 hashes"))
     try:
         values = decode_fields(Registration, _field_values(registration_fields), _NESTED_FIELDS)
         registration = Registration(**values)
@@ -337,16 +337,16 @@ def _require_valid(path: Path, registration: Registration) -> None:
 def _invalid_reason(registration: Registration) -> str | None:
     rows = np.array(registration.matrix, np.float64)
     if rows.shape != (4, 4) or rows[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
-        return tr("the matrix does not have four rows, the last one 0, 0, 0, 1")
+        return tr("the matrix is not 4 x 4, or its last row is not 0, 0, 0, 1")
     with np.errstate(all="ignore"):
         scale = float(np.cbrt(np.linalg.det(rows[:3, :3])))
         rotation = rows[:3, :3] / scale if scale > 0 else np.zeros((3, 3))
         is_similarity = np.allclose(rotation @ rotation.T, np.eye(3), atol=MAX_RELATIVE_DEVIATION)
     if not is_similarity:
-        return tr("the matrix is not a rotation with a scale")
+        return tr("the matrix is not a similarity transformation")
     if registration.covariance is not None:
         if registration.centre is None:
-            return tr("the covariance has no centre")
+            return tr("the point to which the covariance refers is missing")
         reason = _invalid_covariance_reason(registration.covariance)
         if reason is not None:
             return reason
@@ -369,10 +369,10 @@ def _invalid_reason(registration: Registration) -> str | None:
 def _invalid_covariance_reason(rows: Sequence[Sequence[float]]) -> str | None:
     count = len(PARAMETERS)
     if len(rows) != count or any(len(row) != count for row in rows):
-        return tr("the covariance does not have {count} x {count} numbers", count=count)
+        return tr("the covariance matrix is not {count} x {count}", count=count)
     covariance = np.array(rows, np.float64)
     if np.abs(covariance).max() > _MAX_ERROR**2:
-        return tr("the covariance is larger than any error")
+        return tr("the covariance is implausibly large")
     # Normalised by the errors because radians and metres differ by orders of magnitude.
     sigma = np.sqrt(np.abs(np.diag(covariance)))
     scales = np.where(sigma > 0, sigma, 1.0)
@@ -383,7 +383,7 @@ def _invalid_covariance_reason(rows: Sequence[Sequence[float]]) -> str | None:
         correlation, correlation.T, atol=MAX_RELATIVE_DEVIATION
     )
     if not is_symmetric or np.linalg.eigvalsh(correlation)[0] < -MAX_RELATIVE_DEVIATION:
-        return tr("the covariance is not symmetric and positive")
+        return tr("the covariance matrix is not symmetric and positive semi-definite")
     return None
 
 

@@ -39,7 +39,7 @@ from vomstudio.io.text.tables import TextTable
 _QUADRANT_NAMES = {"direction", "dir", "side", "sense", "dips"}
 """Column names that denote a dip quadrant if the cells are compass points."""
 _PLANE, _LINE, _NONE = 1, 2, 0
-FILE_NAME_CONVENTION = to_translate("no header: strike or dip direction by file name")
+FILE_NAME_CONVENTION = to_translate("no header: strike or dip direction according to the file name")
 
 
 @dataclass(frozen=True, eq=False)

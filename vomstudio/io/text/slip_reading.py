@@ -153,7 +153,11 @@ def extract_slips(table: TextTable, azimuth: Azimuth | None = None) -> SlipTable
             off_plane_lines.append(line)
     if not faults:
         raise InputError(
-            Finding("table.no-valid-rows", count=len(table), needed=tr("fault, slip and sense")),
+            Finding(
+                "table.no-valid-rows",
+                count=len(table),
+                needed=tr("values for fault, slip and sense"),
+            ),
             file=table.path,
         )
     return SlipTable(
@@ -221,7 +225,7 @@ def _row_findings(dropped_lines: list[int], off_plane_lines: list[int]) -> list[
             Finding(
                 "table.rows-left-out",
                 count=len(dropped_lines),
-                needed=tr("fault, slip and sense"),
+                needed=tr("values for fault, slip and sense"),
                 lines=dropped_lines,
             )
         )

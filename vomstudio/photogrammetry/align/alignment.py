@@ -374,7 +374,7 @@ def _camera_note(camera: Calibration) -> Finding:
         value = tr("{focal:.0f} px", focal=focal)
     elif camera.exif_px:
         value = tr(
-            "{focal:.0f} ± {sigma:.0f} px, {change:+.1f} % against EXIF",
+            "{focal:.0f} ± {sigma:.0f} px, {change:+.1f} % relative to EXIF",
             focal=focal,
             sigma=sigma,
             change=100 * (focal / camera.exif_px - 1),

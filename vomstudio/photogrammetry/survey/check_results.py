@@ -95,7 +95,8 @@ ADVICE = {
     ),
     "few-photos": to_translate("Take more photos: five or more of every part of the rock."),
     "parts": to_translate(
-        "Close the gaps between the disconnected components with photos that overlap both by 60 %."
+        "Close the gaps between the disconnected components with photos that overlap each of them"
+        " by 60 %."
     ),
     "unmatched": to_translate(
         "Take photos with 60 to 80 % overlap, at a constant distance and in constant light."
@@ -105,8 +106,8 @@ ADVICE = {
         "Take smaller steps between photos, so that five of them show every part."
     ),
     "one-direction": to_translate(
-        "To prevent doming, add a second set of photos from other positions, rotated 20 to 30"
-        " degrees."
+        "To prevent doming, add a second set of oblique photos from other positions, 20 to 30"
+        " degrees off the perpendicular."
     ),
     "same-position": to_translate("Move between photos: take one photo from each position."),
     "collinear": to_translate("Add photos from beside or above the line of camera positions."),
@@ -120,15 +121,15 @@ ADVICE = {
     "enlarged": to_translate("Use the camera's original files."),
     "exposure": to_translate("Expose for the rock, and check the photos on site."),
     "brightness-jump": to_translate(
-        "Keep one exposure, and take all photos in one period of constant light."
+        "Keep the exposure fixed, and take all photos in one period of constant light."
     ),
     "light-changed": to_translate("Take all photos in one period of constant light."),
     "focal-vague": to_translate(
-        "Keep the camera's original files with their EXIF data, and add photos rotated by 20 to"
-        " 30 degrees."
+        "Keep the camera's original files with their EXIF data, and add oblique photos, 20 to 30"
+        " degrees off the perpendicular."
     ),
     "gsd-spread": to_translate(
-        "Keep one distance, or bridge two distances with photos in between."
+        "Keep the distance constant, or add photos at intermediate distances."
     ),
     "gps-equal": to_translate(
         "Place control points or a scale bar, because these positions cannot register a model."
@@ -217,9 +218,9 @@ _SHORT_NAMES = {
     "unmatched": to_translate("photos without matches"),
     "low-overlap": to_translate("too little overlap"),
     "few-views": to_translate("too few photos per point"),
-    "one-direction": to_translate("a single view direction, hence a risk of doming"),
+    "one-direction": to_translate("a single view direction (risk of doming)"),
     "same-position": to_translate("several photos from one position"),
-    "collinear": to_translate("camera positions in one line"),
+    "collinear": to_translate("collinear camera positions"),
     "blurred": to_translate("blurred photos"),
     "soft": to_translate("low sharpness in all photos"),
     "digital-zoom": to_translate("digital zoom"),

@@ -406,7 +406,7 @@ def _draw_rose(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
         if y_axis == "up"
         else tr("Strike, n = {count:,} pieces", count=count)
     )
-    caption = tr("% of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
+    caption = tr("% of {length:,.0f} m per bin of {step:g}°", length=rose.total, step=BIN_DEG)
     return f"{text}\n{caption}"
 
 
@@ -509,7 +509,7 @@ def _draw_lengths(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> s
     if length.mean_m is not None:
         title += "\n" + (
             tr(
-                "mean {mean:.3g} m, of clipped pieces {naive:.3g} m",
+                "mean {mean:.3g} m ({naive:.3g} m for clipped pieces)",
                 mean=length.mean_m,
                 naive=length.naive_mean_m,
             )

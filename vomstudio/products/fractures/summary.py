@@ -62,9 +62,9 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
             ),
             ("P10", _format_interval(values["P10_1_per_m"], values["P10_95_1_per_m"], "1/m")),
             (
-                tr("  by Terzaghi"),
+                tr("  Terzaghi correction"),
                 tr(
-                    "P21 {value}, cap: {cap}",
+                    "P21 {value}, weight cap: {cap}",
                     value=_format_interval(line["P21_1_per_m"], line["P21_95_1_per_m"], "1/m"),
                     cap=values["terzaghi_cap"] or tr("none"),
                 ),
@@ -185,8 +185,8 @@ def _set_text(values: dict[str, Any], plane: TracePlane | None) -> str:
         )
     else:
         text = tr_n(
-            "{count} piece, {strike} from up",
-            "{count} pieces, {strike} from up",
+            "{count} piece, angle {strike} from up",
+            "{count} pieces, angle {strike} from up",
             values["n"],
             strike=strike,
         )
@@ -211,8 +211,10 @@ def coverage_rows(coverage: FaceCoverage) -> list[str]:
     parts = (coverage.done, coverage.empty, coverage.unmeasurable, coverage.not_looked_at)
     names = (tr("done"), tr("empty"), tr("unmeasurable"), tr("not inspected"))
     lines = [
-        tr(
+        tr_n(
+            "{mark}: {cells} cell, {area:.4g} m2, {share:.0f} %",
             "{mark}: {cells} cells, {area:.4g} m2, {share:.0f} %",
+            part.cells,
             mark=name,
             cells=part.cells,
             area=part.covered_m2,

@@ -66,9 +66,9 @@ class FigureAppearance(Options):
     )
     grey: bool = option(
         False,
-        label=to_translate("Without colours"),
-        help=to_translate("draw without colours"),
-        tip=to_translate("Draw without colours"),
+        label=to_translate("Greyscale"),
+        help=to_translate("draw in greyscale"),
+        tip=to_translate("Draw in greyscale"),
     )
 
 
@@ -208,7 +208,7 @@ class StereonetOptions(Options):
         None,
         metavar="A,B,...",
         help=to_translate("contour levels: standard deviations, or percent with schmidt"),
-        automatic_text=to_translate("round levels up to the maximum density"),
+        automatic_text=to_translate("multiples of a round step, below the maximum density"),
     )
     filled: bool | None = option(
         None,

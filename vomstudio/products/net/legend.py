@@ -76,7 +76,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
         text = tr("Line on a plane (rake)")
         entries.append(NetLegendEntry(text, style.net, USER_LINE_MARKER, None, is_outlined=True))
     if net.errors:
-        entries.append(NetLegendEntry(tr("95 % error of each"), style.soft, None, "-"))
+        entries.append(NetLegendEntry(tr("95 % error of each feature"), style.soft, None, "-"))
     if net.means:
         text = describe_means(net.means)
         entries.append(NetLegendEntry(text, style.net, "o", None, is_outlined=True))
@@ -88,7 +88,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
         )
         entries.append(NetLegendEntry(text, style.ink, None, "-"))
     if any(mean.total is not None for mean in net.means):
-        text = tr("95 % error of the mean, with registration")
+        text = tr("95 % error of the mean, including registration")
         entries.append(NetLegendEntry(text, style.ink, None, "-"))
     return entries
 

@@ -154,7 +154,7 @@ def _describe_set(net_set: NetSet, notation: str, decimals: int) -> str:
     _, girdle, random = vollmer(eigenvalues)
     if girdle > random:
         return tr(
-            "{set}: n = {n:,}, girdle (G {share:.2f}) about {axis}, by the tensor",
+            "{set}: n = {n:,}, girdle (G {share:.2f}) about {axis}, from the tensor",
             set=net_set.name,
             n=n,
             share=girdle,

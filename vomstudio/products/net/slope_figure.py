@@ -242,7 +242,7 @@ def _count_text(panel: _Panel) -> str:
     )
     if mode.probability is None:
         return text
-    expected_text = tr("expected with errors: {share:.1f} %", share=100.0 * mode.probability)
+    expected_text = tr("expected, including errors: {share:.1f} %", share=100.0 * mode.probability)
     return f"{text}\n{expected_text}"
 
 

@@ -205,7 +205,7 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
         ),
         (tr("Distance"), tr("{distance:.3g} m", distance=plan.distance_m)),
         (tr("Pixel size (GSD)"), tr("{size:.3g} mm", size=1000 * plan.gsd_m)),
-        (tr("Planes across"), planes_summary(plan.planes)),
+        (tr("Plane size, error"), planes_summary(plan.planes)),
         (tr("Footprint"), tr("{width:.3g} x {height:.3g} m", width=width, height=height)),
         (
             tr("Spacing"),
@@ -237,9 +237,7 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
         ),
         *(
             (
-                tr("Rotation by GPS")
-                if registration.by == "receiver"
-                else tr("Rotation by control"),
+                tr("Rotation (GPS)") if registration.by == "receiver" else tr("Rotation (control)"),
                 forecast_summary(registration),
             )
             for registration in plan.registration
@@ -296,11 +294,11 @@ def _html(plan: SurveyPlan) -> str:
         (
             tr("photo"),
             tr("kind"),
-            tr("along m"),
-            tr("up m"),
-            tr("away m"),
-            tr("turn deg"),
-            tr("tilt deg"),
+            tr("along, m"),
+            tr("up, m"),
+            tr("away, m"),
+            tr("turn, °"),
+            tr("tilt, °"),
         ),
         [
             (
@@ -316,7 +314,7 @@ def _html(plan: SurveyPlan) -> str:
         ],
     )
     points = _html_table(
-        (tr("point"), tr("use"), tr("along m"), tr("up m")),
+        (tr("point"), tr("use"), tr("along, m"), tr("up, m")),
         [
             (
                 control_point.label,

@@ -191,7 +191,7 @@ def _models(records: Mapping[str, Record], features: Sequence[Feature]) -> list[
     }
     for registration in registrations.values():
         summary = summarize_registration(registration)
-        title = tr("Registration by {name}", name=registration.name)
+        title = tr("Registration: {name}", name=registration.name)
         parts.append(heading(title, 3))
         if summary.rotation is not None:
             parts.append(paragraph(summary.rotation.message))

@@ -226,9 +226,9 @@ LABELS = {
     "faces": to_translate("triangles"),
     "texture_pages": to_translate("texture pages"),
     "texel": to_translate("size of a texture pixel, {unit}"),
-    "texel_ratio": to_translate("texture pixel on 90 % of the surface, photo pixels, at most"),
+    "texel_ratio": to_translate("texture pixel size, 90th percentile, photo pixels"),
     "share_of_the_surface_that_no_photo_sees": to_translate(
-        "share of the surface not visible in photos"
+        "share of the surface not visible in any photo"
     ),
     "quality": to_translate("quality"),
     "control": to_translate("control points"),

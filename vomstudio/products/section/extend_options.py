@@ -48,8 +48,8 @@ class ExtendOptions(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         label=to_translate("Thickness"),
-        help=to_translate("repeat the plane at this bed thickness, m"),
-        tip=to_translate("Repeat the plane at this bed thickness"),
+        help=to_translate("repeat the plane at intervals of this bed thickness, m"),
+        tip=to_translate("Repeat the plane at intervals of this bed thickness"),
         empty_text=to_translate("this plane only"),
     )
     thickness_error_m: float = option(

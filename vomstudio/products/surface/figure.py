@@ -20,7 +20,7 @@ _PALETTE = "RdBu_r"
 _COLORS = {"along": "#0072b2", "across": "#d55e00"}
 _NAMES = {
     "along": (to_translate("along the smoothest direction"), to_translate("down dip")),
-    "across": (to_translate("across it"), to_translate("along strike")),
+    "across": (to_translate("across the smoothest direction"), to_translate("along strike")),
 }
 """Names of the profiles with and without a smoothest direction."""
 _ARROW_SHARE = 0.3
@@ -54,8 +54,8 @@ def _draw_map(figure: Figure, axes: Axes, figures: SurfaceFigures, unit: str) ->
     )
     bar = figure.colorbar(image, ax=axes, location="bottom", shrink=0.8, ticks=MaxNLocator(4))
     bar.set_label(tr("deviation ({unit})", unit=unit))
-    axes.set_xlabel(tr("along the strike ({unit})", unit=unit))
-    axes.set_ylabel(tr("down the dip ({unit})", unit=unit))
+    axes.set_xlabel(tr("along strike ({unit})", unit=unit))
+    axes.set_ylabel(tr("down dip ({unit})", unit=unit))
     if figures.plan is not None and figures.plan.is_map:
         axes.set_xlabel(tr("to the east ({unit})", unit=unit))
         axes.set_ylabel(tr("to the south ({unit})", unit=unit))
@@ -100,7 +100,7 @@ def describe_figures(figures: SurfaceFigures, *, is_metric: bool = True) -> list
 
     sentences = [
         tr(
-            "Deviations from {low} to {high}, RMS {rms}. The model's own noise: {noise}.",
+            "Deviations from {low} to {high}, RMS {rms}. Noise of the model: {noise}.",
             low=length(figures.lowest_m),
             high=length(figures.highest_m),
             rms=length(figures.rms_m),
@@ -109,7 +109,7 @@ def describe_figures(figures: SurfaceFigures, *, is_metric: bool = True) -> list
     ]
     if figures.noise_from == "mesh":
         sentences[-1] += " " + tr(
-            "It was estimated as a quarter of the mesh edge length. Specify it if you know it."
+            "The noise was estimated as a quarter of the mesh edge length. Specify it if known."
         )
     if figures.hurst is None:
         sentences.append(tr("No Hurst exponent: {reason}", reason=figures.hurst_reason))

@@ -155,7 +155,7 @@ def known_text(line: KnownLine) -> str:
     if line.kind == "plumb":
         return tr("vertical")
     if line.value is None:
-        return tr("still unknown")
+        return tr("not entered yet")
     if line.is_read:
         return tr("compass reading {orientation}", orientation=_arrow_text(line))
     if line.kind == "azimuth":
@@ -194,7 +194,7 @@ def about(subject: Subject) -> list[str]:
     """Return the known properties of the line."""
     line = subject.feature
     assert isinstance(line, KnownLine)
-    lines = [tr("Known: {what}", what=known_text(line))]
+    lines = [tr("Known value: {what}", what=known_text(line))]
     if line.is_read:
         feature = get_feature(subject.records, line.feature_id)
         lines.append(

@@ -23,14 +23,14 @@ class FitOptions(Options):
         None,
         metavar="COLUMN",
         help=to_translate(
-            "column that groups the points, or segment for groups separated by lines of ---"
+            "column that groups the points, or segment if lines of --- separate the groups"
         ),
         automatic_text=to_translate("one plane"),
     )
     method: Literal["pca", "regression"] = option(
         "pca",
         help=to_translate(
-            "least squares: pca of the distances from the plane, regression along one axis"
+            "least squares: pca of perpendicular distances, regression of distances along one axis"
         ),
     )
     axis: Literal["auto", "x", "y", "z"] = option(

@@ -19,7 +19,7 @@ class CompareOptions(Options):
         metavar="RADIUS",
         label=to_translate("Radius"),
         help=to_translate("use M3C2 with this cylinder radius, m; also gives a level of detection"),
-        tip=to_translate("Cylinder radius; each cylinder should contain twenty points"),
+        tip=to_translate("Cylinder radius; each cylinder should contain at least twenty points"),
         automatic_text=to_translate("distance to the nearest point of the benchmark"),
         empty_text=to_translate("nearest"),
     )

@@ -210,7 +210,7 @@ def _read_lines(request: DrawnLinesRequest, progress: Progress) -> DrawnLines:
     progress.stage(tr("Reading {file}", file=request.drawing.name))
     lines, findings = read_drawing(request.drawing, picture, progress)
     data = read_in_file_frame(request.model, progress).data
-    progress.stage(tr("Projecting {count} lines onto the surface", count=len(lines)))
+    progress.stage(tr("Projecting lines onto the surface ({count})", count=len(lines)))
     try:
         projected_lines = project_lines(
             lines, transform_sidecar(picture, request.model.to_world), data

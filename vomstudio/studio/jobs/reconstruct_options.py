@@ -35,10 +35,10 @@ class ReconstructOptions(Options):
             to_translate("High"),
         ),
         choice_tips=(
-            to_translate("takes minutes; to test the photos"),
+            to_translate("takes minutes; for testing the photos"),
             to_translate("depth maps of 1000 pixels"),
             to_translate("depth maps of 1600 pixels"),
-            to_translate("depth maps of 3200 pixels, takes hours"),
+            to_translate("depth maps of 3200 pixels; takes hours"),
         ),
     )
     gcp: str | None = option(
@@ -90,9 +90,9 @@ class ReconstructOptions(Options):
         minimum=0,
         maximum=2**31 - 1,
         label=to_translate("Seed"),
-        tip=to_translate("With one thread, equal seeds give equal models"),
+        tip=to_translate("With one thread, the same seed gives the same model"),
         help=to_translate(
-            "seed of random numbers; with --threads 1, equal seeds give equal models"
+            "seed of the random numbers; with --threads 1, the same seed gives the same model"
         ),
     )
     device: Literal["auto", "cpu", "cuda"] = option(

@@ -233,7 +233,7 @@ class WorkerSupervisor:
             self._on_internal_error(
                 InternalError(
                     lost_jobs[0] if lost_jobs else 0,
-                    tr("its process ended, {ending}", ending=ending_text),
+                    tr("the worker process ended: {ending}", ending=ending_text),
                 )
             )
         for job in lost_jobs:

@@ -88,4 +88,4 @@ def exit_text(code: int) -> str:
     """Describe an exit status."""
     if code == _KILL_CODE:
         return tr("killed by the system, probably for lack of memory")
-    return tr("code {code}", code=code)
+    return tr("exit code {code}", code=code)

@@ -302,9 +302,9 @@ def _method(
         return "points", tr("points on {model}", model=model)
     kinds = {group.kind for group in placement.observations}
     if "cameras" in kinds:
-        return "gps", tr("positions of the cameras of {model}", model=model)
+        return "gps", tr("camera positions of {model}", model=model)
     if kinds & {"attitudes", "verticals"}:
-        return "attitudes", tr("attitudes of the cameras of {model}", model=model)
+        return "attitudes", tr("camera attitudes of {model}", model=model)
     return "lines", tr("known lines and planes on {model}", model=model)
 
 

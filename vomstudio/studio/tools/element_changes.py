@@ -126,7 +126,7 @@ class ElementChanges:
         if not mask.any():
             self._context.hint(Finding("selection.no-such-value"))
             return
-        self._tool.take(model_id, mask, self._tool.combine, tr("By field"))
+        self._tool.take(model_id, mask, self._tool.combine, tr("Select by field"))
 
     def select_by_colour(self, tolerance: float) -> None:
         """Select elements with colours similar to those of the selection."""
@@ -143,7 +143,7 @@ class ElementChanges:
         except VomError as error:
             self._context.report(error)
             return
-        self._tool.take(selection.model_id, mask, self._tool.combine, tr("By colour"))
+        self._tool.take(selection.model_id, mask, self._tool.combine, tr("Select by colour"))
 
     # --- hiding and cutting ------------------------------------------------------------------
     def isolate(self) -> None:

@@ -373,7 +373,7 @@ def photo_votes(legs: Sequence[FollowedPath]) -> str | None:
     if not judged_count:
         if not all(leg.is_final for leg in legs):
             return text
-        return f"{text} {tr('No other photo could confirm it.')}"
+        return f"{text} {tr('No other photo could confirm the line.')}"
     voters = {voter for leg in legs for voter in leg.voters}
     votes = tr_n(
         "{count} other photo was compared and confirms {percent:.0f} % of the line.",

@@ -151,6 +151,6 @@ TOOL = ToolEntry(
     label=to_translate("&Known lines"),
     icon="spirit-level",
     key="K",
-    tip=to_translate("Register the model by known lines and compass readings."),
+    tip=to_translate("Register the model using known lines and compass readings."),
     order=46,
 )

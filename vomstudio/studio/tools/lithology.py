@@ -63,7 +63,7 @@ class LithologyTool(FollowingTool[Lithology]):
 
     def hint(self) -> str:
         if self._feature is None:
-            return tr("Rock area: click around an area of a single rock.")
+            return tr("Rock area: click around an area of a single rock type.")
         return tr_n(
             "Rock area: {count} corner. Press Enter or double-click to finish, Esc to cancel; drag"
             " a vertex to move it, Ctrl+click to insert one.",
@@ -191,6 +191,6 @@ TOOL = ToolEntry(
     label=to_translate("&Rock area"),
     icon="layers",
     key="Shift+R",
-    tip=to_translate("Outline an area of a single rock, measured on the surface."),
+    tip=to_translate("Outline an area of a single rock type, measured on the surface."),
     order=28,
 )

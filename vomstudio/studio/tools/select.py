@@ -127,7 +127,7 @@ TOOL = ToolEntry(
     label=to_translate("&Select"),
     icon="selection-drag",
     key="S",
-    tip=to_translate("Select features or parts of the surface by clicks or shapes."),
+    tip=to_translate("Select features or parts of the surface by clicking or drawing shapes."),
     order=25,
     uses_modifiers=True,
 )

@@ -135,6 +135,6 @@ TOOL = ToolEntry(
     label=to_translate("Fiel&d station"),
     icon="map-marker",
     key="D",
-    tip=to_translate("Click the position of a station or sample, with number and photos."),
+    tip=to_translate("Click the position of a station or sample; add number and photos."),
     order=36,
 )

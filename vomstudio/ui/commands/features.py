@@ -23,7 +23,7 @@ PLANE_STYLES = (
         "planes_discs",
         to_translate("&Discs"),
         "discs",
-        to_translate("Draw each plane as a translucent disc of its extent."),
+        to_translate("Draw each plane as a translucent disc of the same extent."),
     ),
     (
         "planes_symbols",
@@ -85,7 +85,7 @@ def commands(studio: Studio, open_types_dialog: Callable[[], object]) -> list[Co
             "update_surroundings",
             tr("&Update earlier features"),
             surroundings.update,
-            tip=tr("Measure resolution and outcrop face again by the current method."),
+            tip=tr("Measure resolution and outcrop face again with the current method."),
             disabled_reason=surroundings.disabled_reason,
         ),
         Command(

@@ -41,7 +41,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             tr("Plane s&hapes figure…"),
             lambda: _ask_for_figure(studio, parent),
             icon="chart-scatter-plot",
-            tip=tr("Plot coplanarity against collinearity of the selected planes, or all."),
+            tip=tr("Plot coplanarity against collinearity for selected or all planes."),
             disabled_reason=disabled_reason,
         ),
         Command(

@@ -57,7 +57,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             tr("S&plit into domains"),
             lambda: domain_splitting.split_domains(studio),
             icon="vector-difference",
-            tip=tr("Assign the domains hanging wall and footwall by the selected plane."),
+            tip=tr("Assign features to the hanging wall or footwall of the selected plane."),
             disabled_reason=lambda: domain_splitting.disabled_reason(studio),
         ),
         Command(
@@ -65,7 +65,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             tr("Import &features…"),
             feature_import.choose_file,
             icon="map-marker-plus",
-            tip=tr("Import traces, planes, stations and areas of other programs."),
+            tip=tr("Import traces, planes, stations and areas from other programs."),
             disabled_reason=lambda: missing_model_finding(studio),
         ),
         Command(

@@ -69,7 +69,7 @@ def commands(
             tr("&Register by points"),
             register,
             icon="vector-point-select",
-            tip=tr("Register the model by points with known coordinates."),
+            tip=tr("Register the model using points with known coordinates."),
             disabled_reason=missing_model_finding,
         ),
         Command(

@@ -179,7 +179,7 @@ class Files(QObject):
         """
         if not self._studio.project.is_untitled:
             return True
-        title = tr("Save the project, which will contain the model of {photos}", photos=photos)
+        title = tr("Save the project for the model of {photos}", photos=photos)
         return self._save_to_selected_folder(title, photos)
 
     def _save_to_selected_folder(self, title: str, stem: str) -> bool:

@@ -72,7 +72,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             tr("Patch &surface…"),
             show_surface,
             icon="waves",
-            tip=tr("Analyse roughness and deviations of the selected patch from its plane."),
+            tip=tr("Analyse the roughness of the selected patch and deviations from its plane."),
             disabled_reason=patch_problem,
         ),
         Command(

@@ -114,7 +114,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             view.history.go_forward,
             icon="chevron-right",
             shortcut="Shift+Y",
-            tip=tr("Go forward to the later view."),
+            tip=tr("Go forward to the next view."),
             disabled_reason=view.history.forward_problem,
             is_viewport_key=True,
             depends_on_camera=True,

@@ -242,7 +242,7 @@ def _describe_extension(extension: ExtendedPlane, *, is_metric: bool) -> list[st
             length=length_text(extension.length_m, is_metric=is_metric),
         ),
         tr(
-            "The error of its position ranges from {least} to {most} at the far end (95 %).",
+            "The 95 % position error ranges from {least} to {most} at the far end.",
             least=length_text(min_error_m, is_metric=is_metric),
             most=length_text(max_error_m, is_metric=is_metric),
         ),

@@ -39,12 +39,12 @@ _FIELDS = (
     (
         "planes",
         to_translate("Great circles"),
-        to_translate("Planes, such as {plane}; separate several with ;."),
+        to_translate("Planes, such as {plane}, separated by semicolons."),
     ),
     (
         "cones",
         to_translate("Small circles"),
-        to_translate("Trend/plunge/half-angle, such as 125/26/30; separate several with ;."),
+        to_translate("Trend/plunge/half-angle, such as 125/26/30, separated by semicolons."),
     ),
     (
         "slips",
@@ -92,7 +92,7 @@ class NetDrawingDialog(QDialog):
             form.addRow(tr(title), field)
             self.fields[name] = field
         self.fields["levels"].setText(", ".join(f"{v:g}" for v in view_settings.levels))
-        self.use_plane_button = QPushButton(tr("Untilt by selected"))
+        self.use_plane_button = QPushButton(tr("Untilt by selected plane"))
         self.use_plane_button.clicked.connect(self._use_selected_plane)
         form.addRow("", self.use_plane_button)
         self.message = Label()

@@ -40,7 +40,7 @@ _LIMITS = (
     ("least_coplanarity", "shape", to_translate("Coplanarity, minimum"), ""),
     ("most_collinearity", "shape", to_translate("Collinearity, maximum"), ""),
     ("extent_over_resolution", "shape", to_translate("Extent over resolution, minimum"), ""),
-    ("surface_effect_deg", "", to_translate("Trace along outcrop face, within"), "°"),
+    ("surface_effect_deg", "", to_translate("Angle to outcrop face, minimum"), "°"),
 )
 
 _DESCRIPTIONS = {

@@ -153,7 +153,7 @@ class ReconstructDialog(QDialog):
         )
         self.marks, marks_row = file_field("marks_file", tr("Choose…"), self._browse_marks)
         self.marks.setPlaceholderText(
-            tr("If empty: marks.csv next to the control points, or in their file")
+            tr("If empty: marks in the control point file, or marks.csv next to it")
         )
         self._control_rows = (control_row, marks_row)
         for field in (self.control, self.marks):

@@ -52,7 +52,7 @@ class VideoDialog(QDialog):
         intro = Label(
             tr(
                 "The sharpest frame of each interval is saved unless blurred or redundant. Photos"
-                " are better: they are larger, sharper, and contain camera and position."
+                " are better: larger, sharper, and with camera and position data."
             )
         )
         intro.setWordWrap(True)

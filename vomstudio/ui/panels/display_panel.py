@@ -190,7 +190,7 @@ class DisplayPanel(QWidget):
             spin.valueChanged.connect(self._change_percentiles)
         self.reset_range = QToolButton()
         self.reset_range.setIcon(theme.icon("restore"))
-        self.reset_range.setToolTip(tr("Reset the range to the percentiles 2 and 98."))
+        self.reset_range.setToolTip(tr("Reset the range to the 2nd and 98th percentiles."))
         self.reset_range.clicked.connect(
             lambda: self._restyle(low=None, high=None, percentiles=DEFAULT_PERCENTILES)
         )
@@ -209,7 +209,7 @@ class DisplayPanel(QWidget):
     def _make_clipping_group(self, reset_action: QAction) -> QGroupBox:
         self.clip = QGroupBox(tr("Clipping box"))
         self.clip.setCheckable(True)
-        self.clip.setToolTip(tr("Show only the part between these sides."))
+        self.clip.setToolTip(tr("Show only the part inside this box."))
         self.clip.clicked.connect(self._toggle_clipping)
         grid = QGridLayout(self.clip)
         grid.setContentsMargins(8, 4, 8, 6)

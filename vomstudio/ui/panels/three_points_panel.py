@@ -147,7 +147,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
 
     def _show_axes(self, axes: Axes) -> None:
         self.options.show_unit(length_unit(axes))
-        tips = (tr("East."), tr("North."), tr("Height, upward."))
+        tips = (tr("East."), tr("North."), tr("Height, positive upward."))
         for column, (title, tooltip) in enumerate(zip(axes.titles, tips, strict=True)):
             header_item = self.table.horizontalHeaderItem(column)
             assert header_item is not None
@@ -293,7 +293,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
             points=count_text,
         )
         if result.rms_m is not None:
-            text += " " + tr("Their residual is {rms:.3g} m (RMS).", rms=result.rms_m)
+            text += " " + tr("The RMS residual is {rms:.3g} m.", rms=result.rms_m)
         return text + _warnings_text(result)
 
     def _refresh(self) -> None:

@@ -71,7 +71,7 @@ class CentralArea(QWidget):
         tooltip = tr("Close the photo (Ctrl+W). Its masks and marks are saved.")
         close_photo = self._close_button("close_photo_tab", tooltip)
         close_photo.clicked.connect(self.photo_close_requested)
-        close_page = self._close_button("close_page_tab", tr("Return to its place (F12)"))
+        close_page = self._close_button("close_page_tab", tr("Return the page to its place (F12)"))
         close_page.clicked.connect(self.page_close_requested)
         tabs.setTabButton(_PHOTO, QTabBar.ButtonPosition.RightSide, close_photo)
         tabs.setTabButton(_PAGE, QTabBar.ButtonPosition.RightSide, close_page)

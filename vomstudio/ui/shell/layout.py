@@ -77,7 +77,7 @@ WORKSPACES: tuple[WorkspaceLayout, ...] = (
         to_translate("Model"),
         "cube-outline",
         to_translate(
-            "Model: check and reconstruct photos, open and register models. Open a model or photo"
+            "Model: check photos, reconstruct, open and register models. Open a model or photo"
             " folder to start."
         ),
         "model",

@@ -138,7 +138,7 @@ class StatusLine(QStatusBar):
         if known_north and rotation_findings:
             worst_deg = max(finding.values["rotation95_deg"] for finding in rotation_findings)
             frame_text = tr(
-                "{frame}, rotated by up to {error:.0f}°", frame=frame_text, error=worst_deg
+                "{frame}, rotation error {error:.0f}°", frame=frame_text, error=worst_deg
             )
         self._badge.setText(
             studio.frame_name() if known_north and not rotation_findings else frame_text

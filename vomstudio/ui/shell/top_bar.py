@@ -70,7 +70,7 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
             lambda: docks.toggle("second_view", not docks.is_shown("second_view")),
             "view-split-vertical",
             "F7",
-            tr("Show the outcrop in a second view, such as another direction."),
+            tr("Show the outcrop in a second view, such as from another direction."),
             is_checked=lambda: docks.is_shown("second_view"),
         ),
         Command(

@@ -127,7 +127,7 @@ def steps(
             "turn",
             to_translate(
                 "Rotate the outcrop: drag with the left mouse button. The wheel zooms to the"
-                " cursor, Home shows the whole model."
+                " cursor; Home shows the whole model."
             ),
             viewport,
             direction,
@@ -188,8 +188,8 @@ def steps(
         TourStep(
             "orthophoto",
             to_translate(
-                "Make a true-to-scale picture along this view: press Ctrl+P, then Make orthophoto"
-                " in the dialog."
+                "Make a true-to-scale picture along this view: press Ctrl+P, then choose Make"
+                " orthophoto in the dialog."
             ),
             lambda: button("orthophoto")() or viewport(),
             lambda: len(orthophotos),

@@ -188,7 +188,7 @@ def _create_box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
     with contextlib.suppress(Exception):
         failure = host.studio.project.write_failure
     box.setInformativeText(
-        tr("All your work is in the project's journal and will be restored when you open it.")
+        tr("All your work is in the journal and will be restored when you open the project.")
         if failure is None
         else escape_markup(failure.message)
     )

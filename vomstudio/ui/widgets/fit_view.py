@@ -44,7 +44,7 @@ class _Line:
 
 _ERROR = _Line(
     to_translate("95 % error"),
-    to_translate("Total 95 % error, which determines the verdict, and that of registration."),
+    to_translate("Total 95 % error, which determines the verdict, and the registration error."),
     catalogue.TOTAL_ERROR,
     catalogue.REGISTRATION_ERROR,
 )

@@ -39,7 +39,7 @@ class LineField(QWidget):
         self.line.setPlaceholderText(empty_text)
         self.line.textChanged.connect(lambda _: self.changed.emit())
         self.take_button = QToolButton()
-        self.take_button.setToolTip(tr("Use trend and plunge of the selected line."))
+        self.take_button.setToolTip(tr("Use the trend and plunge of the selected line."))
         self.take_button.setIcon(theme.icon("cursor-default-click-outline"))
         self.take_button.setAccessibleName(tr("Use selected"))
         self.take_button.clicked.connect(lambda _=False: self._use_selection())

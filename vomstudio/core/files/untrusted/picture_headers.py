@@ -197,7 +197,7 @@ def _segments(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
             step = match.start() if match else max(1, len(block) - 1)
             offset, skipped_count = offset + step, skipped_count + step
             if skipped_count > _MAX_SKIPPED_BYTES:
-                raise HeaderError(tr("its header contains meaningless bytes"))
+                raise HeaderError(tr("its header contains invalid bytes"))
             continue
         marker = header[1]
         if marker in (0x01, 0xD8, 0xD9) or 0xD0 <= marker <= 0xD7:

@@ -116,7 +116,7 @@ class Document:
             offset += 8
             if size > length - offset:
                 raise self.error(
-                    tr("a part of the file is longer than the file"), tr("byte {at}", at=offset - 8)
+                    tr("a chunk extends beyond the end of the file"), tr("byte {at}", at=offset - 8)
                 )
             if kind == JSON_CHUNK and not text:
                 text = data[offset : offset + size].tobytes()
@@ -146,7 +146,7 @@ class Document:
     def _check_version(self) -> None:
         version = self.section("asset").get("version")
         if not isinstance(version, str) or not version.startswith("2"):
-            raise self.error(tr("glTF version 2 is not specified"), "asset.version")
+            raise self.error(tr("the glTF version is missing or is not 2"), "asset.version")
         required_extensions = self.json.get("extensionsRequired")
         for name in required_extensions if isinstance(required_extensions, list) else ():
             if name in COMPRESSION_EXTENSIONS:
@@ -192,12 +192,12 @@ class Document:
     def item(self, kind: str, index: object) -> dict[str, Any]:
         """Return the entry `index` of the list `kind`. Raises InputError."""
         if isinstance(index, bool) or not isinstance(index, int):
-            raise self.error(tr("'{index}' is not an index", index=index), kind)
+            raise self.error(tr("'{index}' is not a valid index", index=index), kind)
         if not 0 <= index < self.count(kind):
             raise self.error(tr("entry {index} is missing", index=index), kind)
         entry = self.json[kind][index]
         if not isinstance(entry, dict):
-            raise self.error(tr("it has the wrong type"), f"{kind}[{index}]")
+            raise self.error(tr("the entry has the wrong type"), f"{kind}[{index}]")
         return entry
 
     def integer(self, parent: dict[str, Any], key: str, default_value: int, field: str) -> int:
@@ -213,7 +213,7 @@ class Document:
         Raises InputError if the data are damaged or the file is missing.
         """
         if not isinstance(uri, str):
-            raise self.error(tr("'uri' is not text"), field)
+            raise self.error(tr("'uri' is not a string"), field)
         if uri.startswith("data:"):
             header, _, body = uri.partition(",")
             try:
@@ -276,12 +276,12 @@ class Document:
             for name in COMPRESSION_EXTENSIONS
         )
         if is_compressed and has_fallback and "uri" not in buffer:
-            raise self.error(tr("the data are compressed"), field)
+            raise self.error(tr("the uncompressed fallback data are missing"), field)
         data = self._buffer(view.get("buffer"))
         start = self.integer(view, "byteOffset", 0, field)
         length = self.integer(view, "byteLength", 0, field)
         if start + length > len(data):
-            raise self.error(tr("it extends beyond its buffer"), field)
+            raise self.error(tr("the buffer view extends beyond its buffer"), field)
         return data[start : start + length], self.integer(view, "byteStride", 0, field)
 
     def accessor(self, index: object, *widths: int) -> AnyArray:
@@ -296,9 +296,7 @@ class Document:
         if not isinstance(kind, int) or kind not in COMPONENT_TYPES or width is None:
             raise self.error(tr("the type is unknown"), field)
         if width not in widths:
-            raise self.error(
-                tr("the number of {width} values per row is wrong", width=width), field
-            )
+            raise self.error(tr("{width} values per row are not valid here", width=width), field)
         dtype = np.dtype(COMPONENT_TYPES[kind])
         count = self.integer(accessor, "count", 0, field)
         sparse_accessor = accessor.get("sparse")
@@ -310,7 +308,7 @@ class Document:
             self.budget.take(count * width * dtype.itemsize, field)
             values = np.zeros((count, width), dtype)
         else:
-            raise self.error(tr("it has no data"), field)
+            raise self.error(tr("the accessor has no data"), field)
         if isinstance(sparse_accessor, dict):
             values = self._apply_sparse(values, sparse_accessor, field)
         if accessor.get("normalized") is True and dtype.kind in "iu":
@@ -332,7 +330,7 @@ class Document:
         row = dtype.itemsize * width
         stride = stride or row
         if stride < row or (count and start + stride * (count - 1) + row > len(data)):
-            raise self.error(tr("it extends beyond its data"), field)
+            raise self.error(tr("the accessor extends beyond its buffer view"), field)
         if count == 0:
             return np.empty((0, width), dtype)
         return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize))
@@ -360,7 +358,9 @@ class Document:
             field,
         )
         if len(rows) and int(rows.max()) >= len(values):
-            raise self.error(tr("it refers to rows that do not exist"), f"{field}.sparse")
+            raise self.error(
+                tr("the sparse indices refer to rows that do not exist"), f"{field}.sparse"
+            )
         values = values.copy()
         values[rows] = new_values
         return values
@@ -374,4 +374,4 @@ def numbers(document: Document, values: object, n: int, location: str) -> FloatA
             array = np.full(n, np.nan)
         if array.shape == (n,) and np.isfinite(array).all():
             return array
-    raise document.error(tr("it must have {count} numbers", count=n), location)
+    raise document.error(tr("{count} numbers are required here", count=n), location)

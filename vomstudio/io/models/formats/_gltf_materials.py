@@ -121,7 +121,7 @@ def _image_index(document: Document, info: dict[str, Any]) -> object:
 def _image(document: Document, index: object, material: str) -> tuple[Path | None, str | None]:
     """Return the file of an image, or None, and the reason if it cannot be used."""
     if index is None:
-        return None, tr("it has no image in a format that can be read")
+        return None, tr("it has no image in a supported format")
     entry = document.item("images", index)
     field = f"images[{index}]"
     name = entry.get("name")
@@ -141,7 +141,7 @@ def _image(document: Document, index: object, material: str) -> tuple[Path | Non
     except InputError as error:
         return None, error.message.rstrip(".")
     if image_store.image_suffix(content) == ".img":
-        return None, tr("'{image}' is not an image that can be read", image=label)
+        return None, tr("'{image}' is not a readable image", image=label)
     try:
         stored_image = image_store.store_image(content, Path(label).stem if "." in label else label)
     except OSError as error:

@@ -165,7 +165,9 @@ def _instances(document: Document, node: dict[str, Any], index: int) -> Iterator
     }
     counts = {len(values) for values in attribute_values.values()}
     if len(counts) > 1:
-        raise document.error(tr("the instances have different counts"), f"nodes[{index}]")
+        raise document.error(
+            tr("the attributes of the instances have different lengths"), f"nodes[{index}]"
+        )
     for row in range(counts.pop() if counts else 0):
         transform = {name: values[row].tolist() for name, values in attribute_values.items()}
         yield _local_matrix(document, transform, index)
@@ -201,7 +203,7 @@ def _morphed_positions(
             if len(displacements) != len(stored_positions):
                 raise document.error(
                     tr(
-                        "it has {count:,} rows for {vertices:,} vertices",
+                        "the morph target has {count:,} rows for {vertices:,} vertices",
                         count=len(displacements),
                         vertices=len(stored_positions),
                     ),
@@ -275,7 +277,7 @@ def _read_primitive(
         if len(columns) != n:
             raise document.error(
                 tr(
-                    "it has {count:,} rows for {vertices:,} vertices",
+                    "the attribute has {count:,} rows for {vertices:,} vertices",
                     count=len(columns),
                     vertices=n,
                 ),
@@ -316,7 +318,7 @@ def _faces(
     if "indices" in primitive:
         corners = document.accessor(primitive["indices"], 1)[:, 0]
         if corners.dtype.kind != "u":
-            raise document.error(tr("the indices are not whole numbers"), "primitives")
+            raise document.error(tr("the indices are not unsigned integers"), "primitives")
         document.budget.take(8 * len(corners), "primitives")
     else:
         document.budget.take(8 * n, "primitives")
@@ -335,7 +337,7 @@ def _faces(
             faces = np.stack([corners[:-2], second_corners, third_corners], axis=1)
             faces[1::2] = faces[1::2, ::-1]
     else:
-        raise document.error(tr("'{mode}' is not a kind of primitive", mode=mode), "primitives")
+        raise document.error(tr("'{mode}' is not a valid primitive mode", mode=mode), "primitives")
     if len(faces) and faces.max() >= n:
         is_valid: AnyArray = np.asarray((faces < n).all(axis=1))
         invalid_count = int(len(is_valid) - np.count_nonzero(is_valid))

@@ -57,7 +57,7 @@ def check_header(path: Path) -> int:
             Finding(
                 "file.damaged",
                 format="LAS",
-                reason=tr("its header states {count} bytes per point", count=record_bytes),
+                reason=tr("its header states only {count} bytes per point", count=record_bytes),
             ),
             file=path,
             field="LAS header",
@@ -126,7 +126,7 @@ def replace_chunk_table(path: Path, size: int) -> io.BytesIO | None:
                 Finding(
                     "file.damaged",
                     format="LAZ",
-                    reason=tr("its chunks do not add up to its points"),
+                    reason=tr("its chunk table does not match its number of points"),
                 ),
                 file=path,
             )
@@ -315,7 +315,7 @@ def read_las_header(path: Path) -> LasHeader:
             Finding(
                 "file.damaged",
                 format="LAS",
-                reason=tr("the scale or offset of the coordinates is not a number"),
+                reason=tr("the scale or offset of the coordinates is not valid"),
             ),
             file=path,
             field="LAS header",

@@ -97,7 +97,10 @@ def read_header(top: bytes, path: Path) -> Header:
         elif words[0] == "element":
             if len(words) != 3 or not words[2].isdecimal() or len(words[2]) > 18:
                 raise header_error(
-                    tr("'{line}' does not name an element and its count", line=line.strip())
+                    tr(
+                        "'{line}' does not specify the name and count of an element",
+                        line=line.strip(),
+                    )
                 )
             elements.append((words[1], int(words[2]), []))
         elif words[0] == "property":
@@ -132,7 +135,7 @@ def read_header(top: bytes, path: Path) -> Header:
             elements[-1][2].append(header_property)
         else:
             raise header_error(
-                tr("the line '{line}' of the PLY header is unknown", line=line.strip()[:60])
+                tr("the line '{line}' of the PLY header is not valid", line=line.strip()[:60])
             )
     if byte_order is None:
         raise InputError(

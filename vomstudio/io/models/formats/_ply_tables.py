@@ -209,7 +209,7 @@ def read_text(
             Finding(
                 "file.damaged",
                 format="PLY",
-                reason=tr("its header states text, but binary data follow"),
+                reason=tr("its header specifies the text format, but its data are binary"),
             ),
             file=path,
         )
@@ -263,7 +263,7 @@ def read_text(
             offset = len(buffer)
         tables.setdefault(element.name, rows.table(row, findings))
     if is_truncated and len(findings) == finding_count:
-        findings.append(Finding("model.maybe-cut-short", end=tr("a line end")))
+        findings.append(Finding("model.maybe-cut-short", end=tr("a line break")))
     if first_invalid_offset is not None:
         line = 1 + buffer.count(b"\n", 0, first_invalid_offset)
         refuse_decimal_commas(

@@ -155,7 +155,7 @@ def _read_points(
             Finding(
                 "file.damaged",
                 format="LAS",
-                reason=tr("the scale or offset of the coordinates is not a number"),
+                reason=tr("the scale or offset of the coordinates is not valid"),
             ),
             file=path,
             field="LAS header",

@@ -142,7 +142,7 @@ class _ObjReader:
         if not np.any(data[: min(size, HEAD_BYTES)] == 10) and np.any(data[:HEAD_BYTES] == 13):
             data[data == 13] = 10
         if size and data[size - 1] != 10:
-            self.findings.append(Finding("model.maybe-cut-short", end=tr("a line end")))
+            self.findings.append(Finding("model.maybe-cut-short", end=tr("a line break")))
         # Many times faster than the expression, and few files contain a backslash.
         steps = range(0, size, CHECK_BLOCK_BYTES)
         if not any(

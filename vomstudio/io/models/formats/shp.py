@@ -90,7 +90,9 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         is_mesh = isinstance(mesh, Mesh)
         return LoadedModel(mesh, "mesh" if is_mesh else "cloud", None, tuple(findings), path)
     if kind not in (POINT_Z, _MULTI_POINT_Z):
-        finding = Finding("model.other-shapes", shapes=tr("an unknown kind ({kind})", kind=kind))
+        finding = Finding(
+            "model.other-shapes", shapes=tr("shapes of an unknown type ({kind})", kind=kind)
+        )
         raise InputError(finding, file=path)
     points, rows = _points(data, findings)
     if not len(points):

@@ -94,7 +94,7 @@ def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     warnings += missing_lens_findings(missing_lens_ids)
     turned_views = [view.moved(1.0, _HALF_TURN, np.zeros(3)) for view in views]
     return [
-        Candidate(tr("the file"), views, warnings),
+        Candidate(tr("the frame of the file"), views, warnings),
         Candidate(tr("the frame of Meshroom's OBJ models"), turned_views, warnings),
     ]
 

@@ -71,7 +71,11 @@ def read_bundler(path: Path) -> list[Candidate]:
             views.append(view_from_pose(name, lens, rotation, translation))
         except (ValueError, GeometryError) as error:
             raise _damage_error(path, str(error), lines[first_row][0]) from error
-    return [Candidate(tr("the file"), views, tuple(unknown_size_findings(sizes, used_names)))]
+    return [
+        Candidate(
+            tr("the frame of the file"), views, tuple(unknown_size_findings(sizes, used_names))
+        )
+    ]
 
 
 def _lens(row: FloatArray, size: Size | None) -> Intrinsics:

@@ -101,7 +101,7 @@ def _lens(
     if len(parameters) != _PARAMETER_COUNTS[model]:
         raise ValueError(
             tr(
-                "the camera model {model} has {count} parameters, not {given}",
+                "the camera model {model} needs {count} parameters, not {given}",
                 model=model,
                 count=_PARAMETER_COUNTS[model],
                 given=len(parameters),
@@ -208,7 +208,9 @@ def _view(name: str, lenses: Lenses, camera: int, pose: list[float]) -> View:
     w, x, y, z = pose[:4]
     length = float(np.linalg.norm([w, x, y, z]))
     if not 0.9 < length < 1.1:
-        raise ValueError(tr("the quaternion has the length {length:.3g}", length=length))
+        raise ValueError(
+            tr("the length of the quaternion is {length:.3g} instead of 1", length=length)
+        )
     rotation = Rotation.from_quat([x, y, z, w]).as_matrix()
     return view_from_pose(name.replace("\\", "/"), lenses[camera][0], rotation, np.array(pose[4:]))
 

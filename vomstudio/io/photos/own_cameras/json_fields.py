@@ -40,7 +40,7 @@ class JsonFields:
     def get(self, field: str, row: Any, key: str) -> Any:
         """Return a value of an object. Raises InputError if it is missing."""
         if not isinstance(row, Mapping) or key not in row:
-            raise self.damage_error(f"{field}/{key}", tr("it is missing"))
+            raise self.damage_error(f"{field}/{key}", tr("the field is missing"))
         return row[key]
 
     def numbers(self, field: str, row: Any, key: str, *shape: int) -> FloatArray:

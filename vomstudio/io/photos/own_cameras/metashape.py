@@ -67,7 +67,7 @@ def read_metashape(path: Path, root: Element) -> list[Candidate]:
         matrix = _numbers(path, transform, 16).reshape(4, 4)
         lens, unknown_model = lenses.get(camera.get("sensor_id"), (None, None))
         if lens is None:
-            raise _damage_error(path, camera, tr("its sensor does not exist"))
+            raise _damage_error(path, camera, tr("the sensor of the camera does not exist"))
         if unknown_model is not None:
             unknown_models.append(unknown_model)
         component_transform = transforms.get(camera.get("component_id"))
@@ -90,7 +90,7 @@ def read_metashape(path: Path, root: Element) -> list[Candidate]:
         unknown_lens_finding(name, count) for name, count in Counter(unknown_models).items()
     ]
     findings = tuple(warnings)
-    candidates = [Candidate(tr("the inner frame of the chunk"), views, findings)]
+    candidates = [Candidate(tr("the internal frame of the chunk"), views, findings)]
     if all((component_transform == np.eye(4)).all() for *_, component_transform in poses):
         return candidates
     chunk_views = [_view(path, chunk, *pose) for pose in poses]
@@ -99,7 +99,9 @@ def read_metashape(path: Path, root: Element) -> list[Candidate]:
         map_views, name = _convert_to_map(path, chunk, reference, chunk_views)
         return [Candidate(name, map_views, findings), *candidates]
     return [
-        Candidate(tr("the frame of the chunk, with its transform"), chunk_views, findings),
+        Candidate(
+            tr("the frame of the chunk, with the chunk transform applied"), chunk_views, findings
+        ),
         *candidates,
     ]
 
@@ -111,7 +113,7 @@ def _aligned_count(chunk: Element) -> int:
 def _label(path: Path, camera: Element) -> str:
     label = camera.get("label") or ""
     if not label.strip():
-        raise _damage_error(path, camera, tr("it has no label"))
+        raise _damage_error(path, camera, tr("the camera has no label"))
     return str(label.strip().replace("\\", "/"))
 
 
@@ -152,7 +154,7 @@ def _transform(path: Path, element: Element) -> FloatArray | None:
     scale = transform.find("scale")
     factor = 1.0 if scale is None else float(_numbers(path, scale, 1)[0])
     if not factor > 0:
-        raise _damage_error(path, transform, tr("its scale must be positive"))
+        raise _damage_error(path, transform, tr("the scale must be positive"))
     matrix = np.eye(4)
     matrix[:3, :3] = factor * _numbers(path, rotation, 9).reshape(3, 3)
     matrix[:3, 3] = _numbers(path, translation, 3)
@@ -178,7 +180,7 @@ def _convert_to_map(
         crs = crs.sub_crs_list[0] if crs.is_compound else crs
         ellipsoid = crs.ellipsoid
         if ellipsoid is None:
-            raise ValueError(tr("it has no ellipsoid"))
+            raise ValueError(tr("the reference system has no ellipsoid"))
         shape = {"a": ellipsoid.semi_major_metre, "rf": ellipsoid.inverse_flattening}
         geocentric_crs = CRS.from_dict({"proj": "geocent", **shape})
         geographic_crs = CRS.from_dict({"proj": "longlat", **shape})
@@ -191,7 +193,9 @@ def _convert_to_map(
         views = [_project_view(view, transformer) for view in chunk_views]
     except (CRSError, ProjError, ValueError) as error:
         raise _damage_error(
-            path, chunk if element is None else element, tr("its reference system cannot be used")
+            path,
+            chunk if element is None else element,
+            tr("the reference system of the chunk cannot be used"),
         ) from error
     return views, str(crs.name)
 
@@ -230,7 +234,7 @@ def _lens(path: Path, sensor: Element) -> tuple[Intrinsics, str | None]:
     size = None if calibration is None else calibration.find("resolution")
     size = sensor.find("resolution") if size is None else size
     if size is None:
-        raise _damage_error(path, sensor, tr("it has no resolution"))
+        raise _damage_error(path, sensor, tr("the sensor has no resolution"))
     try:
         width, height = int(size.get("width")), int(size.get("height"))
     except (TypeError, ValueError) as error:
@@ -255,13 +259,15 @@ def _lens(path: Path, sensor: Element) -> tuple[Intrinsics, str | None]:
     if not (fx > 0 and fy > 0):
         if kind not in ("frame", "fisheye"):
             return pinhole_lens(width, height, max(width, height) / 2.0), kind
-        raise _damage_error(path, calibration, tr("its focal length is missing or not positive"))
+        raise _damage_error(path, calibration, tr("the focal length is missing or not positive"))
     k1, k2, k3, k4 = (value(n) for n in ("k1", "k2", "k3", "k4"))
     if kind == "frame":
         params = (fx, fy, cx, cy, k1, k2, value("p2"), value("p1"), k3, 0.0, 0.0, 0.0)
         unused_names = [n for n in ("k4", "b2", "p3", "p4") if value(n)]
         lens = Intrinsics("FULL_OPENCV", width, height, params)
-        return lens, tr("with {names}", names=", ".join(unused_names)) if unused_names else None
+        if not unused_names:
+            return lens, None
+        return lens, tr("with the coefficients {names}", names=", ".join(unused_names))
     if kind in ("fisheye", "equidistant_fisheye"):
         return Intrinsics("OPENCV_FISHEYE", width, height, (fx, fy, cx, cy, k1, k2, k3, k4)), None
     return Intrinsics("PINHOLE", width, height, (fx, fy, cx, cy)), kind
@@ -272,14 +278,17 @@ def _numbers(path: Path, element: Element, count: int) -> FloatArray:
     try:
         values = np.array([float(word) for word in (element.text or "").split()])
     except ValueError as error:
-        reason = tr("not a number among '{text}'", text=(element.text or "").strip()[:40])
+        reason = tr(
+            "'{text}' contains a value that is not a number",
+            text=(element.text or "").strip()[:40],
+        )
         raise _damage_error(path, element, reason) from error
     if len(values) != count or not np.isfinite(values).all():
         raise _damage_error(
             path,
             element,
             tr(
-                "{count} numbers are required, but {given} are given",
+                "the number of finite values must be {count} (values given: {given})",
                 count=count,
                 given=len(values),
             ),

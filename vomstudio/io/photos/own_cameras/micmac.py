@@ -82,7 +82,7 @@ def read_micmac(folder: Path) -> list[Candidate]:
     ]
     if invalid_names:
         warnings.append(unknown_lens_finding("MicMac", len(invalid_names)))
-    return [Candidate(tr("the file"), views, tuple(warnings))]
+    return [Candidate(tr("the frame of the file"), views, tuple(warnings))]
 
 
 def _check_error_px(path: Path, orientation: Element, view: View) -> float:
@@ -203,7 +203,7 @@ def _values(path: Path, element: Element, count: int) -> FloatArray:
     except ValueError:
         values = []
     if len(values) != count or not np.isfinite(values).all():
-        raise _damage_error(path, element, tr("{count} numbers are needed", count=count))
+        raise _damage_error(path, element, tr("the number of values must be {count}", count=count))
     return np.array(values, np.float64)
 
 

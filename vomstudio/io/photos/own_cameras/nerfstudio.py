@@ -81,7 +81,7 @@ def read_nerfstudio(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         views.append(fields.call(field, view_from_centre, name, lens, rotation, matrix[:3, 3]))
     warnings: list[Finding] = [] if has_sizes else unknown_size_findings(sizes, names)
     warnings += [unknown_lens_finding(name, count) for name, count in unknown_models.items()]
-    candidates = [Candidate(tr("the file"), views, tuple(warnings))]
+    candidates = [Candidate(tr("the frame of the file"), views, tuple(warnings))]
     if "applied_transform" in data:
         applied_transform = fields.numbers("", data, "applied_transform", 3, 4)
         inverse_rotation = applied_transform[:, :3].T
@@ -92,7 +92,11 @@ def read_nerfstudio(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
             for view in views
         ]
         candidates.append(
-            Candidate(tr("the frame before the transform"), untransformed_views, tuple(warnings))
+            Candidate(
+                tr("the original frame, before applied_transform"),
+                untransformed_views,
+                tuple(warnings),
+            )
         )
     return candidates
 

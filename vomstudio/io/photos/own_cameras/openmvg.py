@@ -85,7 +85,13 @@ def read_openmvg(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
             lens = placeholder_lens()
         views.append(fields.call(field, view_from_centre, name, lens, rotation, centre))
     warnings = tuple(unknown_lens_finding(name, count) for name, count in unknown_models.items())
-    return [Candidate(tr("the file"), views, (*warnings, *missing_lens_findings(missing_lens_ids)))]
+    return [
+        Candidate(
+            tr("the frame of the file"),
+            views,
+            (*warnings, *missing_lens_findings(missing_lens_ids)),
+        )
+    ]
 
 
 def _content(fields: JsonFields, field: str, row: Any) -> Mapping[str, Any]:
@@ -93,7 +99,7 @@ def _content(fields: JsonFields, field: str, row: Any) -> Mapping[str, Any]:
     for key in ("value", "ptr_wrapper", "data"):
         row = fields.get(field, row, key)
     if not isinstance(row, Mapping):
-        raise fields.damage_error(field, tr("it is missing"))
+        raise fields.damage_error(field, tr("the field is missing"))
     return row
 
 
@@ -111,7 +117,10 @@ def _lens(row: Mapping[str, Any], content: Mapping[str, Any]) -> tuple[Intrinsic
             continue
         values = [float(value) for value in content[key]]
         if len(values) != count:
-            raise ValueError(tr("{name} has {count} numbers", name=key, count=len(values)))
+            reason = tr(
+                "{name} has an unexpected number of values ({count})", name=key, count=len(values)
+            )
+            raise ValueError(reason)
         if key == "fisheye":
             params = (focal, focal, cx, cy, *values)
             return Intrinsics("OPENCV_FISHEYE", width, height, params), None

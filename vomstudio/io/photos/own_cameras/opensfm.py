@@ -103,7 +103,7 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
         unknown_lens_finding(name, count) for name, count in Counter(unknown_models).items()
     ]
     warnings += missing_lens_findings(missing_lens_ids)
-    return [Candidate(tr("the file"), views, tuple(warnings))]
+    return [Candidate(tr("the frame of the file"), views, tuple(warnings))]
 
 
 def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
@@ -127,7 +127,7 @@ def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         field = f"features/{index}/properties"
         shot = feature.get("properties") if isinstance(feature, dict) else None
         if not isinstance(shot, dict):
-            raise fields.damage_error(field, tr("none exist"))
+            raise fields.damage_error(field, tr("the properties are missing"))
         name = str(fields.get(field, shot, "filename"))
         lens = fields.call(field, _shot_lens, shot)
         rotation = _matrix(fields.numbers(field, shot, "rotation", 3))

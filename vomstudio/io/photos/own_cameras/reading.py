@@ -87,7 +87,9 @@ def read_camera_file(path: str | Path, bounds: FloatArray | None = None) -> Mode
     folder = colmap.find_folder(path)
     if folder is not None:
         model = colmap.read_colmap(folder)
-        candidate = Candidate(tr("the file"), list(model.views.values()), model.warnings)
+        candidate = Candidate(
+            tr("the frame of the file"), list(model.views.values()), model.warnings
+        )
         return select_frame(model.path, [candidate], bounds)
     folder = micmac.find_folder(path)
     if folder is not None:

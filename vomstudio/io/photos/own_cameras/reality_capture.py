@@ -77,7 +77,7 @@ def read_reality_capture(path: Path, table: NamedTable) -> list[Candidate]:
     warnings = unknown_size_findings(sizes, names)
     if n_inexact:
         warnings.append(unknown_lens_finding("RealityCapture", n_inexact))
-    return [Candidate(tr("the file"), views, tuple(warnings))]
+    return [Candidate(tr("the frame of the file"), views, tuple(warnings))]
 
 
 def _rotation(angles_deg: FloatArray) -> FloatArray:

@@ -220,7 +220,12 @@ class AlignmentData(QObject):
             try:
                 descriptor, name = tempfile.mkstemp(".npz", "vomstudio-")
             except OSError as error:
-                error_callback(tr("A temporary file cannot be written ({error}).", error=error))
+                error_callback(
+                    tr(
+                        "A temporary file cannot be written ({error}). Free some disk space.",
+                        error=error,
+                    )
+                )
                 return
             os.close(descriptor)
             array_path = Path(name)

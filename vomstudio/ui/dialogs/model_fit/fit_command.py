@@ -43,7 +43,7 @@ class FitCopyButton(CopyCommandButton):
     ) -> None:
         super().__init__(
             self._copy_command,
-            tr("the command for this fit; without a file unit it also fits the scale"),
+            tr("the command for this fit; it also fits the scale if the file has no unit"),
         )
         self._studio, self._stable_part_box, self._points = studio, stable_part_box, points
         self._find_model, self._reference_view = find_model, reference_view

@@ -251,7 +251,7 @@ class PlannerDialog(QDialog):
             # The form above shows these already.
             rows = [row for row in rows if row[0] not in (tr("Outcrop"), tr("Overlap"))]
             control_text = tr(
-                "{count}, including {checks} check points; targets of {size:.2g} cm",
+                "{count} (check points: {checks}); targets of {size:.2g} cm",
                 count=count,
                 checks=check_count,
                 size=size,

@@ -78,7 +78,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("Over"), self.extent)
         form.addRow(tr("Face"), self.plane)
-        add_length_row(form, self._studio, lambda u: tr("Cell ({unit})", unit=u), self.cell)
+        add_length_row(form, self._studio, lambda u: tr("Cell size ({unit})", unit=u), self.cell)
         grid_form = narrow_form()
         grid_form.addRow(tr("Grid"), self.grids)
         buttons = button_row(self.mark, self.remove)

@@ -57,7 +57,7 @@ def _join_words(figures: Iterable[Figure]) -> str:
 
 
 _HELP_TEXT = to_translate(
-    "Words of any column, and conditions that must all be met:\n  dip>30   dip:20..45  "
+    "Words in any column, and conditions that must all be met:\n  dip>30   dip:20..45  "
     " dipdir:350..20   extent<50cm   95<=5\n  type:joint   type=joint|fault   set:limb  "
     " quality:good   overturned:yes\n  -type:bedding or -word excludes; quotes keep spaces:"
     ' set:"west limb"\nText columns: {words} (: contains, = equals)\nNumbers: {numbers}'

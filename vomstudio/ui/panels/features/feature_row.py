@@ -23,7 +23,7 @@ CLASS = Figure(
     to_translate("Class"),
     to_translate(
         "Trace, patch, lineation, reading, intersection, contact, lithology, station, sample, or "
-        "the kind of a dimension"
+        "the kind of dimension"
     ),
     lambda s: get_kind(s.feature).noun(s.feature),
     "text",

@@ -84,7 +84,8 @@ def _format_pair(pair: SamePlaneTest, names: dict[str, str], *, is_metric: bool)
     p = tr("p &lt; 0.001") if pair.p < MIN_P_VALUE else tr("p = {p:.2g}", p=pair.p)
     verdict = tr("two beds") if pair.p < SIGNIFICANCE else tr("may be one bed")
     return tr(
-        "From {first} up to {second}: {distance} ± {error} across (95 %); {said}, {p}",
+        "From {first} up to {second}: perpendicular distance {distance} ± {error} (95 %);"
+        " {said}, {p}",
         first=escape(names[pair.first]),
         second=escape(names[pair.second]),
         distance=length_text(pair.distance_m, is_metric=is_metric),

@@ -92,7 +92,7 @@ def format_relation(measurement: Measurement) -> list[str]:
     registration_lines = []
     if measurement.registration_error_deg is not None:
         error = format_error_deg(measurement.registration_error_deg)
-        registration_lines.append(tr("Due to registration: {error}", error=error))
+        registration_lines.append(tr("Error due to registration: {error}", error=error))
     return [
         tr("Angle between the planes: {angle}", angle=format_error_deg(measurement.angle_deg)),
         intersection,

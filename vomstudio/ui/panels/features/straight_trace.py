@@ -56,8 +56,8 @@ def describe_crossing(studio: Studio) -> list[str]:
         return [str(error)]
     return [
         tr(
-            "Both are straight and cross at {angle:.0f}°. If they belong to one plane, it is"
-            " {plane}, joint 95 %, at least {smallest:.1f}°.",
+            "Both traces are straight and cross at {angle:.0f}°. If they belong to one plane, it is"
+            " {plane} (joint 95 %; at least {smallest:.1f}°).",
             angle=crossing.crossing_deg,
             plane=format_attitude(
                 Plane(crossing.dip_direction_deg, crossing.dip_deg),

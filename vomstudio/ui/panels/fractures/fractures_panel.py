@@ -105,9 +105,9 @@ class FracturesPanel(AnalysisPanel[FractureRequest, FractureResult]):
             self.copy_command, tr("save the traces as a GeoPackage and copy the command")
         )
         self.figures = QTextBrowser()
-        self.figures.setAccessibleName(tr("Figures of the fractures"))
-        self.map = DrawingView(tr("The traces will be drawn here on their face."))
-        self.map.setAccessibleName(tr("Map of the traces"))
+        self.figures.setAccessibleName(tr("Fracture statistics"))
+        self.map = DrawingView(tr("The traces will be drawn here, projected onto the face."))
+        self.map.setAccessibleName(tr("Trace map"))
         self.picture = ScaledPicture()
         self._arrange_widgets()
         self._connect_signals()
@@ -172,15 +172,15 @@ class FracturesPanel(AnalysisPanel[FractureRequest, FractureResult]):
         self.region_field.setPlaceholderText(
             {
                 EVERYTHING: "",
-                WINDOW: tr("around all"),
+                WINDOW: tr("around all traces"),
                 CIRCLE: tr("x, y, radius"),
                 SCANLINE: tr("x, y, x, y"),
-                GRID: tr("cells done or empty"),
+                GRID: tr("done and empty cells"),
             }[region_kind]
         )
         can_mark = region_kind not in (EVERYTHING, GRID)
         self.map.enable_marking(can_mark)
-        self.map.setToolTip("" if not can_mark else tr("Drag to mark the area to count."))
+        self.map.setToolTip("" if not can_mark else tr("Drag to mark where traces are counted."))
         self._refresh_take_button()
         self._schedule_refresh()
 

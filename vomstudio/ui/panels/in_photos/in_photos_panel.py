@@ -273,8 +273,10 @@ class InPhotosPanel(QWidget):
         else:
             rows = [(view.name, "") for view in views]
             text = tr_n(
-                "{count} photo of {model}. Select a feature or click on the model to see it here.",
-                "{count} photos of {model}. Select a feature or click on the model to see it here.",
+                "{count} photo of {model}. Select a feature or click a point to list the photos"
+                " that show it.",
+                "{count} photos of {model}. Select a feature or click a point to list the photos"
+                " that show it.",
                 len(views),
                 model=photos.name,
             )
@@ -390,8 +392,8 @@ class InPhotosPanel(QWidget):
                 str(problems[0])
                 if problems
                 else tr(
-                    "No file with cameras was found next to {model}. Export the cameras from the "
-                    "program that made it, and open them.",
+                    "No camera file was found next to {model}. Export the cameras from the program "
+                    "that made the model, and open them.",
                     model=models[0].name,
                 )
             )

@@ -45,7 +45,7 @@ class ContourButton(QToolButton):
     ) -> None:
         super().__init__()
         self._studio, self._view_settings, self._types = studio, view_settings, types
-        tooltip = tr("Contours of the density of poles and lines")
+        tooltip = tr("Density contours of poles and lines")
         self.setIcon(theme.icon("chart-bell-curve-cumulative"))
         self.setToolTip(tooltip)
         self.setAccessibleName(tooltip)

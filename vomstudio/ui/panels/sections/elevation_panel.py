@@ -299,10 +299,10 @@ def result_text(elevation: WrittenElevation, notation: str, unit: str) -> str:
     """Format the figures of an elevation model as lines of text."""
     f = elevation.figures
     plane = Plane(f.dip_direction_deg, f.dip_deg)
-    plane_name = tr("the horizontal") if plane.undefined else format_plane(plane, notation, 1)
+    plane_name = tr("a horizontal plane") if plane.undefined else format_plane(plane, notation, 1)
     lines = [
         tr(
-            "{width:,} × {height:,} cells of {gsd:g} {unit} over {plane}",
+            "{width:,} × {height:,} cells of {gsd:g} {unit}, heights above {plane}",
             width=f.width,
             height=f.height,
             gsd=f.gsd_m,
@@ -320,7 +320,7 @@ def result_text(elevation: WrittenElevation, notation: str, unit: str) -> str:
     if f.interpolation_limit_m is not None:
         lines.append(
             tr(
-                "between points up to {limit:.3g} {unit} apart",
+                "interpolated between points up to {limit:.3g} {unit} apart",
                 limit=f.interpolation_limit_m,
                 unit=unit,
             )

@@ -99,7 +99,7 @@ class SetsPanel(QWidget):
         self.seeds.returnPressed.connect(self.propose)
         self.assigned_box = QCheckBox(tr("Include assigned planes"))
         self.assigned_box.setToolTip(
-            tr("Replace existing sets too; planes outside the new sets lose theirs.")
+            tr("Also replace existing sets; planes outside the new sets lose their set.")
         )
         self.assigned_box.clicked.connect(lambda _: self._repeat_proposal())
         self.start = QPushButton(theme.icon("scatter-plot-outline"), tr("Propose"))

@@ -188,7 +188,11 @@ class FacetSlopesView(QWidget):
             plane = Plane(facet.face.dip_direction_deg, facet.face.dip_deg)
             attitude = format_plane(plane, notation, 0, omit_hand_rule=True)
             shares = [getattr(facet, name).share for name, _, _ in _MODES]
-            note = tr("It overhangs and is treated as a vertical face.") if facet.overhangs else ""
+            note = (
+                tr("The facet overhangs and is treated as a vertical face.")
+                if facet.overhangs
+                else ""
+            )
             rows.append(((int(facet.id) + 1, attitude, *shares, facet.area_m2), note))
         self.table.fill(rows)
         for widget in (self.mode, self.reset_button):

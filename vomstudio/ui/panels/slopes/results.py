@@ -39,9 +39,9 @@ _MODES = (
 """Name and title of each failure mode, and whether it counts planes or intersections."""
 _COLUMNS = (
     (to_translate("Mode"), to_translate("Click a mode to list its critical planes.")),
-    (to_translate("Critical"), to_translate("Number in the critical zone.")),
+    (to_translate("Critical"), to_translate("Planes or intersections in the critical zone.")),
     (to_translate("Total"), to_translate("All planes, or all intersections of two planes.")),
-    (to_translate("Share"), to_translate("Critical planes as a share of all.")),
+    (to_translate("Share"), to_translate("Critical planes or intersections as a share of all.")),
     (
         to_translate("Expected"),
         to_translate("Expected share if the error of each plane is included."),

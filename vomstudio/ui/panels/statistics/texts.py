@@ -151,7 +151,7 @@ def _bingham_rows(statistics: SetStatistics) -> Rows:
 def _uniformity_text(statistics: SetStatistics) -> str:
     p = statistics.uniformity.p
     if p is None:
-        return tr("not tested: fewer than 5")
+        return tr("not tested: n < 5")
     return f"p {_p_value_text(p)}"
 
 

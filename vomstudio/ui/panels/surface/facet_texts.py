@@ -35,15 +35,15 @@ def share_text(
     """Return the shares of the exposed rock in proposed and accepted facets, as text."""
     if not proposals.is_whole_model:
         return tr(
-            "This is a part of the model. The near-planar share of the rock is computed for the"
-            " whole model."
+            "These facets cover only a part of the model. To get the near-planar share of the rock,"
+            " choose Find on model."
         )
     proposed_share = proposals.share({*open_rows, *accepted_rows})
     accepted_share = proposals.share(accepted_rows)
     if proposed_share is None or accepted_share is None:
         return tr("The model shows only vegetation and debris, no rock.")
     text = tr(
-        "Without vegetation and debris, {proposed:.0f} % of the exposed rock lies in proposed or"
+        "Excluding vegetation and debris, {proposed:.0f} % of the exposed rock lies in proposed or"
         " accepted facets, {accepted:.0f} % in accepted ones (30 % recommended).",
         proposed=100.0 * proposed_share,
         accepted=100.0 * accepted_share,

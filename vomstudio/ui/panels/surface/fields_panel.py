@@ -257,7 +257,7 @@ class FieldsPanel(ModelPanel):
         )
         lines = [tr(description)]
         if is_direction and self._model is not None and not self._model.frame.has_north:
-            lines.append(tr("This model has no north: directions are in its own frame."))
+            lines.append(tr("North is unknown: directions are in the local frame of the model."))
         self.description.setText(" ".join(lines))
 
     def _refresh_buttons(self) -> None:

@@ -39,7 +39,7 @@ class MeasurablePlane(QWidget):
         self.options.changed.connect(self.changed)
         form = narrow_form()
         form.setContentsMargins(0, 0, 0, 0)
-        form.addRow(tr("Plane of"), self.source)
+        form.addRow(tr("Plane from"), self.source)
         form.addRow(tr("Attitude"), self.attitude)
         self.options.add_rows(form)
         self._form = form

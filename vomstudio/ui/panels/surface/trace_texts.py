@@ -20,7 +20,7 @@ def summary_text(proposals: ProposedLines, open_count: int) -> str:
     if not proposals.lines and not proposals.known:
         return tr(
             "No line of {length:.3g} m or more is significant. Search for shorter lines, or"
-            " another kind.",
+            " for another kind.",
             length=proposals.result.least_length_m,
         )
     if proposals.known:
@@ -61,15 +61,17 @@ def reason_text(proposals: ProposedLines, line: ProposedLine) -> str:
 def _doubt_text(p_value: float, surrogates: int) -> str:
     stronger_count = round(p_value * (1 + surrogates)) - 1
     if stronger_count <= 0:
-        return tr("No line as strong occurs on {count} simulated noise surfaces.", count=surrogates)
+        return tr(
+            "None of {count} simulated noise surfaces has a line this strong.", count=surrogates
+        )
     if stronger_count >= surrogates:
         return tr(
-            "Each of {count} simulated noise surfaces has a line as strong, so this may be noise.",
+            "Each of {count} simulated noise surfaces has a line this strong, so it may be noise.",
             count=surrogates,
         )
     return tr_n(
-        "{count} of {all} simulated noise surfaces has a line as strong.",
-        "{count} of {all} simulated noise surfaces have a line as strong.",
+        "{count} of {all} simulated noise surfaces has a line this strong.",
+        "{count} of {all} simulated noise surfaces have a line this strong.",
         stronger_count,
         all=surrogates,
     )

@@ -80,7 +80,7 @@ class TracesPanel(ProposalsPanel):
         self.network.setAccessibleName(tr("ONNX file"))
         self.network.setPlaceholderText(tr("ONNX file of a network"))
         self.network.setToolTip(
-            tr("Network that computes edge probabilities from an RGB picture (0 to 1).")
+            tr("Network that computes edge probabilities (0 to 1) from an RGB picture.")
         )
         self.network.textChanged.connect(lambda _: self._refresh_buttons())
         self.copy = CopyCommandButton(

@@ -29,7 +29,7 @@ MARKS = {
         "done",
         "check",
         "Q",
-        to_translate("The cell was inspected, with or without features."),
+        to_translate("The cell was inspected, whether or not features were found."),
     ),
     EMPTY_MARK: ("empty", "circle-outline", "W", to_translate("The cell contains no features.")),
     UNMEASURABLE_MARK: (

@@ -106,7 +106,7 @@ class CompassBox(QWidget):
         self.setVisible(is_reading or has_azimuths)
         compass = None if model is None else get_compass(self._studio.records, model.id)
         self.north_button.setText(format_north(compass, read_north))
-        self.north_button.setToolTip(tr("North reference of the azimuths, and its common error."))
+        self.north_button.setToolTip(tr("North reference and common error of the azimuths."))
         self.north_button.setEnabled(model is not None)
         self._show_selected()
 

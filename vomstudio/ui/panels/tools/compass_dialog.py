@@ -62,7 +62,7 @@ class CompassDialog(QDialog):
         """
         super().__init__(parent)
         set_help_topic(self, "registration.md#north")
-        self.setWindowTitle(tr("North of the readings on {model}", model=model.name))
+        self.setWindowTitle(tr("North reference of the readings on {model}", model=model.name))
         self._model, self._find_north_inputs = model, find_north_inputs
         self.compass: Compass | None = None
         initial = previous_compass or Compass(compass_id(model.id), model.id)
@@ -188,7 +188,7 @@ class CompassDialog(QDialog):
         from vomstudio.registration.north import declination_deg
 
         self.declination.setPlaceholderText(
-            tr("{angle:+.2f}° by IGRF-14", angle=declination_deg(*place, inputs.day))
+            tr("{angle:+.2f}° from IGRF-14", angle=declination_deg(*place, inputs.day))
         )
 
     def accept(self) -> None:

@@ -299,7 +299,7 @@ class ControlPanel(QWidget):
 
     def _show_progress(self) -> None:
         count = self._pair_count + len(self.readings.directions)
-        self.summary.setText(tr("Placing the model by {count} observations…", count=f"{count:,}"))
+        self.summary.setText(tr("Placing the model with {count} observations…", count=f"{count:,}"))
 
     def _show_result(self, placement: ModelPlacement) -> None:
         if placement.click_sigma_m and self.options.options().click_sigma_m is None:

@@ -167,7 +167,9 @@ class ControlMap(QWidget):
             if not label_cells & occupied_cells:
                 occupied_cells |= label_cells
                 painter.drawText(position + QPointF(label_dx, -_DOT_RADIUS_PX), point.label)
-        return [tr("residuals {times} times", times=_format_factor(factor))] if factor else []
+        if not factor:
+            return []
+        return [tr("residuals enlarged {times} times", times=_format_factor(factor))]
 
     def _paint_north(self, painter: QPainter) -> None:
         painter.setPen(QPen(self.palette().color(QPalette.ColorRole.WindowText), 1.4))

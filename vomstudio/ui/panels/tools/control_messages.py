@@ -151,8 +151,8 @@ def _format_reading_tip(
         if result.label == line.name:
             lines.append(
                 tr(
-                    "Without it the others agree to {others:.1f}° (RMS), and the model rotates by"
-                    " {turn:.1f}°.",
+                    "Without this reading, the others agree to {others:.1f}° (RMS), and the model"
+                    " rotates by {turn:.1f}°.",
                     others=result.others_deg,
                     turn=result.turned_deg,
                 )

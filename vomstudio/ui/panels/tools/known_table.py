@@ -50,7 +50,7 @@ class KnownTable(QTableWidget):
             ),
             (
                 SIGMA,
-                tr("Standard error; empty for a default (level 0.5°, azimuth 3°, length 0.5 %)."),
+                tr("Standard error; if empty, the default (level 0.5°, azimuth 3°, length 0.5 %)."),
             ),
             (
                 RESIDUAL,

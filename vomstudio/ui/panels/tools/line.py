@@ -79,8 +79,8 @@ class LinePanel(PickingPanel[LineTool]):
         set_enabled(self.slip_box, reason)
         self._refresh_picking(
             tr(
-                "Click along a lineation. Two points give trend and plunge, more points their"
-                " error. On a plane, the line also has a rake."
+                "Click along a lineation. Two points give trend and plunge; more points also give"
+                " their error. On a plane, the line also has a rake."
             )
         )
 

@@ -46,8 +46,8 @@ class LithologyPanel(FollowingPanel[LithologyTool]):
         self._show_lines(self.figures, lines)
         self._refresh_picking(
             tr(
-                "Click around an area of a single rock, then press Enter. The area is measured on"
-                " the surface inside the outline."
+                "Click around an area of a single rock type, then press Enter. The area is measured"
+                " on the surface inside the outline."
             )
         )
 

@@ -20,15 +20,16 @@ from vomstudio.ui.widgets.plane_box import PlaneBox
 
 _HINTS = {
     "distance": to_translate(
-        "Click two points to measure their distance, with horizontal and vertical components."
+        "Click two points to measure the distance between them, with horizontal and vertical"
+        " components."
     ),
     "polyline": to_translate("Click along a line, then press Enter to measure its length."),
     "area": to_translate(
-        "Click the corners of a polygon, then press Enter. The area is measured in its largest"
-        " projection."
+        "Click the corners of a polygon, then press Enter. The area is that of the"
+        " polygon's largest projection onto a plane."
     ),
     "thickness": to_translate(
-        "Choose a plane, then click base and top to measure their perpendicular distance. The"
+        "Choose a plane, then click the base and the top of the bed to measure its thickness. The"
         " error is smallest if the line is perpendicular to the bed."
     ),
 }

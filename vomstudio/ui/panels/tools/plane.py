@@ -63,7 +63,7 @@ class PlanePanel(QWidget):
         self._name = rich_label()
         self.fit_view = FitView(actions)
         self._hint = hint_label(
-            tr("Click a surface, or paint it without its edges. The right button orbits.")
+            tr("Click a surface, or paint it inside its edges. The right button orbits.")
         )
         layout = narrow_column(self)
         layout.addWidget(ModeBar([actions[name] for name in _MODES]))
@@ -102,7 +102,7 @@ class PlanePanel(QWidget):
         self.angle.setRange(MIN_ANGLE_DEG, MAX_ANGLE_DEG)
         self.angle.setDecimals(0)
         self.angle.setSuffix("°")
-        self.angle.setToolTip(tr("Maximum angle between normals and the plane (Ctrl+wheel)."))
+        self.angle.setToolTip(tr("Maximum angle between surface and plane normals (Ctrl+wheel)."))
         self.angle.valueChanged.connect(lambda value: tool.set_tolerance(angle_deg=value))
         self.distance.setObjectName("grow_distance")
         self.distance.setRange(0.0, MAX_DISTANCE_M)

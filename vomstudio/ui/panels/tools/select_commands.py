@@ -240,7 +240,7 @@ def commands(studio: Studio) -> list[Command]:
             lambda: factory.tool.changes.invert(),
             icon="select-inverse",
             key="Shift+I",
-            tooltip=tr("Select the inverse of the selection."),
+            tooltip=tr("Invert the selection."),
             disabled_reason=factory.chosen_elements_problem,
         ),
         create_command(

@@ -99,7 +99,7 @@ class ValueSelectionBox(QWidget):
             self.low.setDecimals(1)
             self.low.setValue(DEFAULT_TOLERANCE)
             self.low.setToolTip(
-                tr("Colour tolerance (ΔE): 2 is barely visible, 30 a different rock.")
+                tr("Colour tolerance (ΔE): 2 is barely visible, 30 clearly different.")
             )
         else:
             self.low.setPrefix("")
@@ -107,7 +107,7 @@ class ValueSelectionBox(QWidget):
             for box in (self.low, self.high):
                 box.setSuffix(unit if unit in ("", "°") else f" {unit}")
                 box.setDecimals(3)
-            self.low.setToolTip(tr("If the first exceeds the second, values outside are selected."))
+            self.low.setToolTip(tr("If the first value is larger, values outside are selected."))
             model_id, data = self._tool.changes.model_id(), self._tool.changes.data()
             model = get(self._studio.records, model_id, Model)
             if data is not None and model is not None:

@@ -83,7 +83,7 @@ class SecondViewPanel(QWidget):
         self.direction.setToolTip(tr("Look in a standard direction."))
         menu = self.direction.menu()
         menu.addAction(tr("Whole model"), self._show_whole_model)
-        menu.addAction(tr("As the outcrop"), self._copy_outcrop)
+        menu.addAction(tr("Same as outcrop"), self._copy_outcrop)
         menu.addSeparator()
         for name, text, _ in STANDARD_VIEWS:
             menu.addAction(tr(text), partial(self._look_along, name))
@@ -150,7 +150,7 @@ class SecondViewPanel(QWidget):
 
     def _fill_models(self, menu: QMenu) -> None:
         menu.clear()
-        follow = menu.addAction(tr("As the outcrop"), lambda: self.show_models(None))
+        follow = menu.addAction(tr("Same as outcrop"), lambda: self.show_models(None))
         follow.setCheckable(True)
         follow.setChecked(self._selection is None)
         menu.addSeparator()
