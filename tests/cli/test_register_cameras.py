@@ -93,7 +93,7 @@ def test_camera_file_with_only_centres_is_refused_for_attitudes(
     table = write("photo,yaw,pitch,roll\nIMG_01.jpg,10,0,0\n")
     ran = run("register", model, "--attitudes", table, "--model-cameras", path)
     assert ran.code == 2
-    assert "only centres" in ran.said
+    assert "only camera centres" in ran.said
 
 
 def test_unmatched_photo_names_are_reported(run, write: Write, model: Path) -> None:

@@ -217,7 +217,7 @@ def test_job_submitted_right_after_a_worker_death_is_answered(worker, pause_s):
 @pytest.mark.parametrize(
     ("task", "words"),
     [
-        (NAN, "The field 'value' is nan, which cannot be sent"),
+        (NAN, "The field 'value' (nan) cannot be sent"),
         (FAULT, "our own fault"),
         (NO_MEMORY, "not enough memory"),
         (OTHER_ANSWER, "Value has no field 'word'"),

@@ -297,9 +297,9 @@ TEXTS: dict[str, Entry] = {
     "control.other-order": (
         "warning",
         to_translate(
-            "The rows may be in the wrong order: with the coordinates of {second} for {first},"
-            " and so on, they fit within {after_m:.2g} m instead of {before_m:.2g} m. Check the"
-            " order."
+            "The rows may be in the wrong order: with the coordinates of {second} for"
+            " {first}, and so on, they fit within {after_m:.2g} m instead of {before_m:.2g}"
+            " m."
         ),
     ),
     "control.mark-outside": (

@@ -37,7 +37,7 @@ TEXTS: dict[str, Entry] = {
     "fractures.sets-not-of-traces": (
         "error",
         to_translate(
-            "There are {sets} sets, but a different number of traces. Specify one set for"
+            "The number of sets ({sets}) differs from the number of traces. Specify one set for"
             " each trace."
         ),
     ),
@@ -70,15 +70,15 @@ TEXTS: dict[str, Entry] = {
     "fractures.one-face": (
         "info",
         to_translate(
-            "All values refer to one face: fractures nearly parallel to it are missed, and"
-            " lengths are those of traces, not planes."
+            "All values refer to one face: fractures nearly parallel to it are missed, and lengths"
+            " are trace lengths, not fracture sizes."
         ),
     ),
     "fractures.area-beyond-traces": (
         "warning",
         to_translate(
-            "{share_percent:.0f} % of the area is outside the outermost traces. If it was not"
-            " mapped, P20 and P21 are too small. Specify the mapped area."
+            "{share_percent:.0f} % of the area is outside the outermost traces. If this part was"
+            " not mapped, P20 and P21 are too small. Specify the mapped area."
         ),
     ),
     "fractures.no-traces": (
@@ -88,15 +88,16 @@ TEXTS: dict[str, Entry] = {
     "fractures.few-lengths": (
         "info",
         to_translate(
-            "A distribution needs at least {minimum} different lengths of traces with both ends"
-            " visible."
+            "A length distribution needs traces of at least {minimum} different lengths with both"
+            " ends visible."
         ),
     ),
     "fractures.self-crossing": (
         "warning",
         *to_translate_n(
-            "{count} trace crosses itself, which is not counted as a node (row {rows}).",
-            "{count} traces cross themselves, which is not counted as a node (rows {rows}).",
+            "{count} trace crosses itself (row {rows}). The crossing is not counted as a node.",
+            "{count} traces cross themselves (rows {rows}). The crossings are not counted as"
+            " nodes.",
         ),
     ),
     "fractures.overlaps": (
@@ -111,30 +112,30 @@ TEXTS: dict[str, Entry] = {
     "fractures.other-nodes": (
         "warning",
         *to_translate_n(
-            "At {count} point more than four branches meet, so it is not an I, Y or X node."
-            " Reduce the tolerance.",
-            "At {count} points more than four branches meet, so they are not I, Y or X nodes."
-            " Reduce the tolerance.",
+            "More than four branches meet at {count} point, which is not an I, Y or X node. Reduce"
+            " the tolerance.",
+            "More than four branches meet at {count} points, which are not I, Y or X nodes. Reduce"
+            " the tolerance.",
         ),
     ),
     "area.self-crossing": (
         "warning",
         *to_translate_n(
-            "The outline of the area crosses itself. Its parts total {area_m2:.6g} m², or"
-            " {signed_area_m2:.6g} m² if signed. Correct the outline.",
-            "The outlines of {count} areas cross themselves. Their parts total {area_m2:.6g} m²,"
-            " or {signed_area_m2:.6g} m² if signed. Correct the outlines.",
+            "The outline of the area crosses itself. Its parts total {area_m2:.6g} m² (signed sum:"
+            " {signed_area_m2:.6g} m²). Correct the outline.",
+            "The outlines of {count} areas cross themselves. Their parts total {area_m2:.6g} m²"
+            " (signed sum: {signed_area_m2:.6g} m²). Correct the outlines.",
         ),
     ),
     "fractures.no-mark": (
         "error",
-        to_translate("Drag on the map to draw it, or enter its coordinates."),
+        to_translate("Drag on the map to draw the circle or scanline, or enter its coordinates."),
     ),
     "fractures.no-cells": (
         "error",
         to_translate(
-            "No cell of {grid} is marked as done or empty. Mark the inspected cells with the tool"
-            " Cells."
+            "No cell of {grid} is marked as done or empty. Mark the inspected cells with the Cells"
+            " tool."
         ),
     ),
 }

@@ -13,17 +13,17 @@ TEXTS: dict[str, Entry] = {
     "coordinate.far-from-model": (
         "error",
         to_translate(
-            "The point is {times:.0f} times the model's size away from the model. Check the"
-            " coordinates."
+            "The distance of the point from the model is {times:.0f} times the size of the model."
+            " Check the coordinates."
         ),
     ),
     "coordinate.latitude": (
         "error",
-        to_translate("The latitude {value:g} is not within -90 to 90. Correct it."),
+        to_translate("The latitude {value:g} is not between -90 and 90. Correct it."),
     ),
     "coordinate.longitude": (
         "error",
-        to_translate("The longitude {value:g} is not within -360 to 360. Correct it."),
+        to_translate("The longitude {value:g} is not between -360 and 360. Correct it."),
     ),
     "accuracy.out-of-range": (
         "error",
@@ -46,8 +46,8 @@ TEXTS: dict[str, Entry] = {
     "frame.no-unit": (
         "warning",
         to_translate(
-            "The unit of the model is unknown, so metres in the options mean the unit of the model."
-            " Specify it with --unit."
+            "The unit of the model is unknown, so lengths in the options are in model units, not"
+            " metres. Specify the unit with --unit."
         ),
     ),
     "frame.not-metric": (
@@ -161,7 +161,8 @@ TEXTS: dict[str, Entry] = {
     "frame.swapped-axes": (
         "error",
         to_translate(
-            "x and y are swapped for {crs}. Swap the two columns, or name them in the header."
+            "The order of x and y does not match {crs}. Swap the two columns, or name them in the"
+            " header."
         ),
     ),
     "frame.model-without-crs": (
@@ -172,18 +173,21 @@ TEXTS: dict[str, Entry] = {
     ),
     "frame.two-crs": (
         "warning",
-        to_translate("The file specifies two different CRS: {one} and {other}. The first is used."),
+        to_translate(
+            "The file specifies two different coordinate reference systems: {one} and {other}. The"
+            " first is used."
+        ),
     ),
     "frame.up-by-format": (
         "error",
         to_translate(
-            "In this format Y is up, so the model is rotated when it is read. For another up axis,"
-            " convert it with --up z."
+            "In this format Y is up, so the model is rotated on reading. If Z is up, first convert"
+            " the file with --up z."
         ),
     ),
     "frame.stale-crs-file": (
         "warning",
-        to_translate("{file} specifies a CRS that this model does not have. Remove that file."),
+        to_translate("{file} specifies a CRS, but the model has none. Remove this file."),
     ),
     "frame.unknown-crs": (
         "error",
@@ -209,13 +213,15 @@ TEXTS: dict[str, Entry] = {
     "frame.other-crs": (
         "error",
         to_translate(
-            "{crs} differs from the CRS of {control}, {stated}. Omit it, or convert the points."
+            "{crs} differs from {stated}, the CRS of {control}. Specify {stated}, or convert the"
+            " points."
         ),
     ),
     "frame.no-crs": (
         "error",
         to_translate(
-            "The CRS of the file is unknown, so it cannot be converted. Specify it with --crs."
+            "The coordinates cannot be converted, because the CRS of the file is unknown. Specify"
+            " the CRS with --crs."
         ),
     ),
     "frame.unit-contradiction": (
@@ -242,8 +248,8 @@ TEXTS: dict[str, Entry] = {
     "geojson.no-crs": (
         "warning",
         to_translate(
-            "The project has no CRS, so GeoJSON has local metres, which most programs read as"
-            " degrees. Register the models, or export a GeoPackage."
+            "The project has no CRS, so GeoJSON coordinates are local metres, which most programs"
+            " read as degrees. Register the models, or export a GeoPackage."
         ),
     ),
     "geojson.outside-area": (

@@ -34,11 +34,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "job.unsendable": (
         "error",
-        to_translate("The field '{name}' is {type}, which cannot be sent to another process."),
+        to_translate("The field '{name}' ({type}) cannot be sent to another process."),
     ),
     "job.wrong-value": (
         "error",
-        to_translate("The field '{name}' should be {type}, but is {value}."),
+        to_translate("The field '{name}' must be of type {type}, but its value is {value}."),
     ),
     "job.unknown-field": (
         "error",
@@ -73,7 +73,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate(
             "The cluster failed {tries} times on the same task ({error}), probably for lack of"
-            " memory. Finished results are kept. Try again."
+            " memory. Finished results are kept. Try again with more memory per worker."
         ),
     ),
     "edges.network-unused": (
@@ -89,8 +89,8 @@ TEXTS: dict[str, Entry] = {
     "cost.needs-way-points": (
         "error",
         to_translate(
-            'The cost "{cost}" needs way-points. Propose lines by gradient, curvature, dark, light'
-            " or a field."
+            'The cost "{cost}" needs way-points, so it cannot propose lines. Use gradient,'
+            " curvature, dark, light or a field."
         ),
     ),
     "job.internal-error": (
@@ -128,8 +128,8 @@ TEXTS: dict[str, Entry] = {
     "screen.no-opengl": (
         "error",
         to_translate(
-            "This display has no OpenGL, so the window cannot draw. Install the graphics driver,"
-            " or on Linux the package libgl1-mesa-dri."
+            "This display has no OpenGL, so models cannot be drawn. Install the graphics driver, or"
+            " on Linux the package libgl1-mesa-dri."
         ),
     ),
     "screen.old-opengl": (
@@ -180,8 +180,8 @@ TEXTS: dict[str, Entry] = {
     "program.crashed": (
         "error",
         to_translate(
-            "The program crashed in the last session. Your work is in the journal. Please save a"
-            " report, so that the error can be fixed."
+            "The program crashed in the last session. Your work is saved in the journal. Please"
+            " save a report, so that the error can be fixed."
         ),
     ),
 }

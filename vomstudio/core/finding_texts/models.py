@@ -16,7 +16,7 @@ TEXTS: dict[str, Entry] = {
     "model.no-entities": (
         "error",
         to_translate(
-            "The drawing contains only {entities}, but no points or faces. Save solids as meshes,"
+            "The drawing contains only {entities} and no points or faces. Save solids as meshes,"
             " and explode blocks."
         ),
     ),
@@ -41,7 +41,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.cut-short": (
         "warning",
-        to_translate("The file is truncated: only {count} of its points or faces were read."),
+        to_translate(
+            "The file is truncated: only {count} of its points or faces were read. Copy it again."
+        ),
     ),
     "texture.by-name": (
         "warning",
@@ -80,7 +82,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.no-coordinates": (
         "error",
-        to_translate("The points of the file have no x, y and z. Export the model again."),
+        to_translate(
+            "The points in the file have no x, y and z coordinates. Export the model again."
+        ),
     ),
     "model.all-withheld": (
         "error",
@@ -103,8 +107,8 @@ TEXTS: dict[str, Entry] = {
     "model.maybe-cut-short": (
         "warning",
         to_translate(
-            "The file does not end with {end}, so it may be truncated. Check its number of faces"
-            " in the program that wrote it."
+            "The file does not end with {end}, so it may be truncated. Compare the number of"
+            " faces with the program that wrote the file."
         ),
     ),
     "model.trailing-bytes": (
@@ -139,8 +143,8 @@ TEXTS: dict[str, Entry] = {
     "model.points-far-away": (
         "warning",
         *to_translate_n(
-            "{count:,} point is too far away to be in metres and is left out.",
-            "{count:,} points are too far away to be in metres and are left out.",
+            "{count:,} point is left out: its coordinates are too large for metres.",
+            "{count:,} points are left out: their coordinates are too large for metres.",
         ),
     ),
     "model.loose-points-left-out": (
@@ -164,8 +168,8 @@ TEXTS: dict[str, Entry] = {
     "model.faces-incomplete": (
         "warning",
         *to_translate_n(
-            "{count:,} face without three corners is left out.",
-            "{count:,} faces without three corners are left out.",
+            "{count:,} face with fewer than three corners is left out.",
+            "{count:,} faces with fewer than three corners are left out.",
         ),
     ),
     "model.faces-invalid": (
@@ -184,13 +188,13 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.no-face-indices": (
         "warning",
-        to_translate("The faces have no list 'vertex_indices' and are left out."),
+        to_translate("The faces have no list property 'vertex_indices' and are left out."),
     ),
     "model.lines-left-out": (
         "warning",
         *to_translate_n(
-            "{count:,} line or point element of the file is left out.",
-            "{count:,} line or point elements of the file are left out.",
+            "{count:,} line or point element in the file is left out.",
+            "{count:,} line or point elements in the file are left out.",
         ),
     ),
     "model.values-not-numbers": (
@@ -271,7 +275,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.origin-invalid": (
         "warning",
-        to_translate("{file} has no valid origin (offset x y z), so no origin is added."),
+        to_translate(
+            "{file} has no valid origin (offset x y z), so the coordinates are not shifted."
+        ),
     ),
     "model.origin-unused": (
         "warning",
@@ -349,23 +355,25 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.fields-not-written": (
         "warning",
-        to_translate("This format has no fields. Left out: {fields}."),
+        to_translate("This format does not support fields. Left out: {fields}."),
     ),
     "model.textures-not-written": (
         "warning",
-        to_translate("This format has no textures. Left out: {images}."),
+        to_translate("This format does not support textures. Left out: {images}."),
     ),
     "model.materials-not-written": (
         "warning",
-        to_translate("This format has no materials without a texture. Left out: {materials}."),
+        to_translate(
+            "This format does not support materials without a texture. Left out: {materials}."
+        ),
     ),
     "model.normals-not-written": (
         "warning",
-        to_translate("This format has no point normals. They are left out."),
+        to_translate("This format does not support point normals. They are left out."),
     ),
     "model.colors-not-written": (
         "warning",
-        to_translate("This format has no vertex colours for meshes. They are left out."),
+        to_translate("This format does not support vertex colours of meshes. They are left out."),
     ),
     "model.colors-reduced": (
         "warning",
@@ -374,10 +382,10 @@ TEXTS: dict[str, Entry] = {
     "model.faces-not-written": (
         "warning",
         *to_translate_n(
-            "This format has no faces. The vertices are written without the {count:,} face of the"
-            " mesh.",
-            "This format has no faces. The vertices are written without the {count:,} faces of"
-            " the mesh.",
+            "This format does not support faces. The vertices are written without the {count:,}"
+            " face of the mesh.",
+            "This format does not support faces. The vertices are written without the {count:,}"
+            " faces of the mesh.",
         ),
     ),
     "texture.unusable": (
@@ -490,7 +498,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "Only {columns:,} x {rows:,} of {width:,} x {height:,} pixels are read (one in {step}"
-            " in both directions). Open a part of the file to read all."
+            " in both directions). Open a part of the file to read every pixel."
         ),
     ),
     "dem.scale-unused": (
@@ -511,8 +519,8 @@ TEXTS: dict[str, Entry] = {
     "dem.pixels-left-out": (
         "warning",
         *to_translate_n(
-            "{count:,} pixel beyond 100 km cannot be a height and is left out.",
-            "{count:,} pixels beyond 100 km cannot be heights and are left out.",
+            "{count:,} pixel is left out: a value beyond ±100 km cannot be a height.",
+            "{count:,} pixels are left out: values beyond ±100 km cannot be heights.",
         ),
     ),
     "display.texture-unreadable": (
@@ -545,7 +553,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "display.part-missing": (
         "warning",
-        to_translate("A part of a cloud is not shown. {reason}"),
+        to_translate("Part of a cloud is not shown. {reason}"),
     ),
     "display.not-prepared": (
         "warning",

@@ -8,7 +8,7 @@ from vomstudio.core.words import to_translate, to_translate_n
 TEXTS: dict[str, Entry] = {
     "net.not-three-numbers": (
         "error",
-        to_translate("“{text}” does not consist of three numbers, such as 125/26/30. Correct it."),
+        to_translate("“{text}” does not consist of three numbers. Use the form 125/26/30."),
     ),
     "net.number-of-planes": (
         "error",
@@ -36,8 +36,8 @@ TEXTS: dict[str, Entry] = {
     "rose.several-sets": (
         "error",
         to_translate(
-            "Rotations about axes need a single rose, but the table has the sets {sets}."
-            " Select one."
+            "These axes can contain only one rose, but the table has the sets {sets}. Select one"
+            " set, or omit ax."
         ),
     ),
     "rose.left-out": (

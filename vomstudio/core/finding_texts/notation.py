@@ -43,16 +43,18 @@ TEXTS: dict[str, Entry] = {
     ),
     "notation.signed-azimuth": (
         "error",
-        to_translate("The azimuth in “{text}” has a sign. Enter it from 0 to 360, without a sign."),
+        to_translate(
+            "The azimuth in “{text}” has a sign. Enter a value from 0 to 360, without a sign."
+        ),
     ),
     "notation.signed-dip": (
         "error",
-        to_translate("The dip in “{text}” has a sign. Enter it from 0 to 90, without a sign."),
+        to_translate("The dip in “{text}” has a sign. Enter a value from 0 to 90, without a sign."),
     ),
     "notation.unclear-minus": (
         "error",
         to_translate(
-            "The minus in “{text}” may be a sign or a separator. Enter 130/-25 or 130/25."
+            "The hyphen in “{text}” may be a minus sign or a separator. Enter 130/-25 or 130/25."
         ),
     ),
     "notation.no-quadrant": (
@@ -70,15 +72,15 @@ TEXTS: dict[str, Entry] = {
     "notation.other-side": (
         "error",
         to_translate(
-            "A plane with strike {strike} does not dip to {side} (“{text}”). Enter a dip"
-            " direction without a side, as in 132/41."
+            "A plane with strike {strike} cannot dip towards {side} (“{text}”). Enter dip direction"
+            " and dip without a quadrant, as in 132/41."
         ),
     ),
     "notation.unknown-word": (
         "error",
         to_translate(
-            "“{word}” in “{text}” is not a number, compass direction, rule or angle name. Correct"
-            " it."
+            "“{word}” in “{text}” is not a number, compass direction, angle name or hand rule (RHR,"
+            " LHR). Correct it."
         ),
     ),
     "notation.lone-direction": (
@@ -89,21 +91,23 @@ TEXTS: dict[str, Entry] = {
     ),
     "notation.no-number": (
         "error",
-        to_translate("“{label}” in “{text}” has no number after it. Add it."),
+        to_translate("“{label}” in “{text}” is not followed by a number. Add one."),
     ),
     "notation.bearing-out-of-range": (
         "error",
-        to_translate("The angle of {bearing} in “{text}” is not within 0 to 90. Correct it."),
+        to_translate("The angle of {bearing} in “{text}” is not between 0 and 90. Correct it."),
     ),
     "notation.azimuth-out-of-range": (
         "error",
-        to_translate("The azimuth {azimuth_deg:g} in “{text}” is not within 0 to 360. Correct it."),
+        to_translate(
+            "The azimuth {azimuth_deg:g} in “{text}” is not between 0 and 360. Correct it."
+        ),
     ),
     "notation.rake-out-of-range": (
         "error",
         to_translate(
-            "The rake {rake_deg:g} in “{text}” is over 90. From one end of the strike it ranges"
-            " from 0 to 90."
+            "The rake {rake_deg:g} in “{text}” is over 90. Measured from one end of the strike, it"
+            " ranges from 0 to 90."
         ),
     ),
     "notation.not-an-end": (
@@ -123,8 +127,8 @@ TEXTS: dict[str, Entry] = {
     "notation.dip-out-of-range": (
         "error",
         to_translate(
-            "The dip {dip_deg:g} in “{text}” is over 90. Enter 132/41 (azimuth first) or 41 →"
-            " 132. Overturned beds have a flag."
+            "The dip {dip_deg:g} in “{text}” is over 90. Enter 132/41 (azimuth first) or 41 → 132."
+            " For an overturned bed, set the overturned flag."
         ),
     ),
 }

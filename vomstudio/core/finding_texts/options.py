@@ -26,7 +26,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "option.clouds-only": (
         "error",
-        to_translate("{option} applies to point clouds, but the model is a mesh. Omit it."),
+        to_translate(
+            "{option} applies to point clouds, but the model is a mesh. Omit this option."
+        ),
     ),
     "option.not-a-length": (
         "error",

@@ -36,7 +36,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "path.not-connected": (
         "error",
-        to_translate("Two way-points are not connected in the photo. Place them closer together."),
+        to_translate(
+            "No path in the photo connects two of the way-points. Place them closer together."
+        ),
     ),
     "path.not-shown": (
         "error",
@@ -52,14 +54,15 @@ TEXTS: dict[str, Entry] = {
     "network.inputs-outputs": (
         "error",
         to_translate(
-            "The network has {inputs} inputs and {outputs} outputs. It must have one input"
-            " picture and one output map of edges."
+            "The network has {inputs} inputs and {outputs} outputs. It must have one input picture"
+            " and one output edge map."
         ),
     ),
     "network.input-shape": (
         "error",
         to_translate(
-            "The network expects {shape}. Its input must be a picture of 1 x 3 x height x width."
+            "The network expects an input of shape {shape}. The shape must be 1 x 3 x height x"
+            " width."
         ),
     ),
     "network.input-size": (
@@ -86,8 +89,8 @@ TEXTS: dict[str, Entry] = {
     "network.output-shape": (
         "error",
         to_translate(
-            "The network returns {shape} for a picture of {width} x {height} pixels. It must"
-            " return one probability per pixel."
+            "The network returns an output of shape {shape} for a picture of {width} x {height}"
+            " pixels. It must return one probability per pixel."
         ),
     ),
     "network.not-finite": (
@@ -115,10 +118,10 @@ TEXTS: dict[str, Entry] = {
     "path.hidden-rock": (
         "warning",
         *to_translate_n(
-            "The line crosses {count} edge behind which the photo shows no rock. There the trace"
-            " is straight ({gap_m:.2g} m).",
-            "The line crosses {count} edges behind which the photo shows no rock. There the trace"
-            " is straight (up to {gap_m:.2g} m).",
+            "The line crosses {count} edge behind which rock is hidden. The trace is straight"
+            " across this gap ({gap_m:.2g} m).",
+            "The line crosses {count} edges behind which rock is hidden. The trace is straight"
+            " across these gaps (up to {gap_m:.2g} m).",
         ),
     ),
     "path.unconfirmed": (

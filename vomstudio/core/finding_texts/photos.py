@@ -37,15 +37,15 @@ TEXTS: dict[str, Entry] = {
     "cameras.opendronemap-angles": (
         "info",
         to_translate(
-            "Yaw, pitch and roll in {file} are read by the OpenDroneMap convention: pitch 0 is"
-            " straight down, 90 horizontal."
+            "Yaw, pitch and roll in {file} are assumed to follow the OpenDroneMap convention: pitch"
+            " 0 is straight down, 90 horizontal."
         ),
     ),
     "cameras.yaw-accuracy-unknown": (
         "warning",
         to_translate(
             "The yaws have no stated accuracy (sigma_yaw), so that of a compass is assumed. Specify"
-            " it, or the possible error of north."
+            " sigma_yaw, or the error of north (--north-sigma)."
         ),
     ),
     "cameras.pitch-from-nadir": (
@@ -58,7 +58,7 @@ TEXTS: dict[str, Entry] = {
     "cameras.no-angles": (
         "error",
         to_translate(
-            "The lines of the file have no yaw, pitch and roll after x, y and z. Add them."
+            "The lines in the file have no yaw, pitch and roll after x, y and z. Add them."
         ),
     ),
     "photo.none": (
@@ -83,7 +83,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "photo.avif": (
         "error",
-        to_translate("AVIF is not supported. Save it as JPEG with its EXIF, at full size."),
+        to_translate(
+            "AVIF is not supported. Save the photo as JPEG at full size, with its EXIF data."
+        ),
     ),
     "photo.raw": (
         "error",
@@ -103,7 +105,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "photo.panorama": (
         "error",
-        to_translate("This is a panorama of several photos. Use the single photos instead."),
+        to_translate(
+            "This is a panorama stitched from several photos. Use the individual photos instead."
+        ),
     ),
     "photo.truncated": (
         "error",
@@ -200,7 +204,7 @@ TEXTS: dict[str, Entry] = {
     "cameras.none-beside-models": (
         "info",
         to_translate(
-            "No open model has its cameras (cameras.json) in its folder. Open them with “Open"
+            "No open model has a camera file (cameras.json) in its folder. Open one with “Open"
             " cameras”."
         ),
     ),
@@ -213,17 +217,17 @@ TEXTS: dict[str, Entry] = {
     ),
     "cameras.repeated-photo": (
         "error",
-        to_translate("The photo {photo} is in the file twice. Remove one of them."),
+        to_translate("The photo {photo} is in the file twice. Remove one of the two entries."),
     ),
     "cameras.frame": (
         "info",
-        to_translate("The cameras of {file} fit the model in this frame: {frame}."),
+        to_translate("The cameras in {file} fit the model in this frame: {frame}."),
     ),
     "cameras.not-looking": (
         "warning",
         to_translate(
-            "The cameras of {file} do not look at the model, so their frame is probably shifted"
-            " or rotated. Export both in the same frame."
+            "The cameras in {file} do not look at the model, so their frame is probably shifted or"
+            " rotated. Export cameras and model in the same frame."
         ),
     ),
     "cameras.several-chunks": (
@@ -241,15 +245,15 @@ TEXTS: dict[str, Entry] = {
     "cameras.sizes-unknown": (
         "warning",
         to_translate(
-            "The file states no sizes of photos, and {count} photos were not found next to it. Only"
-            " their positions and attitudes are used."
+            "The file does not state the sizes of the photos, and {count} photos were not found"
+            " next to it. Only their positions and attitudes are used."
         ),
     ),
     "cameras.lenses-simplified": (
         "warning",
         to_translate(
-            "transforms.json cannot store the distortion coefficients k4 to k6 of {photos}. Use"
-            " COLMAP for the complete lens."
+            "transforms.json cannot store the distortion coefficients k4 to k6 of {photos}. Export"
+            " to COLMAP to keep the complete lens model."
         ),
     ),
     "cameras.no-world": (
@@ -260,21 +264,21 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The lenses {lenses} of the photos {photos} are missing from the file. Only the poses"
-            " are used. Export it with intrinsics."
+            " are used. Export the file again with intrinsics."
         ),
     ),
     "cameras.no-photo-list": (
         "error",
         to_translate(
-            "The file names no photos. Put list.txt next to it, with the names of its {photos}"
-            " photos, one per line."
+            "The file does not contain the names of its {photos} photos. Put list.txt next to it,"
+            " with one name per line."
         ),
     ),
     "cameras.own-frame": (
         "warning",
         to_translate(
-            "reconstruction.json has its own frame, which is rotated from map coordinates by the"
-            " meridian convergence. For the georeferenced model use odm_report/shots.geojson."
+            "reconstruction.json has its own frame, which is rotated relative to map coordinates by"
+            " the meridian convergence. For the georeferenced model, use odm_report/shots.geojson."
         ),
     ),
     "cameras.unknown-lens": (
@@ -286,7 +290,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "photo.no-camera": (
         "error",
-        to_translate("The photo {photo} has no camera in {cameras}, which has: {photos}."),
+        to_translate(
+            "{cameras} contains no camera for the photo {photo}. Choose one of: {photos}."
+        ),
     ),
     "lens.unknown-model": (
         "error",
@@ -351,8 +357,8 @@ TEXTS: dict[str, Entry] = {
     "photo.folder-missing": (
         "warning",
         to_translate(
-            "The photos {name} are no longer in {folder}. Choose their folder with New "
-            "model from photos."
+            "The photo set {name} is no longer in {folder}. Choose its folder with New model from"
+            " photos."
         ),
     ),
     "photo.files-changed": (

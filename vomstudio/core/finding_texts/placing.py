@@ -73,8 +73,8 @@ TEXTS: dict[str, Entry] = {
     "photo.none-of-cameras": (
         "error",
         to_translate(
-            "No photo of the model's cameras ({name}, …) was found. Specify the folder of the"
-            " photos, or a table."
+            "None of the photos in the model's camera file ({name}, …) was found. Specify the"
+            " folder of the photos, or a table."
         ),
     ),
 }

@@ -9,16 +9,16 @@ TEXTS: dict[str, Entry] = {
     "trace.beside": (
         "warning",
         to_translate(
-            "Points {start} to {end} are {offset_m:.2g} m off the plane of the others, across rock"
-            " without a contact. Add a way-point there on the correct contact."
+            "Points {start} to {end} cross rock without a contact, {offset_m:.2g} m off the plane"
+            " of the others. Add a way-point there on the correct contact."
         ),
     ),
     "lines.not-planar": (
         "warning",
         to_translate(
-            "The lines are three-dimensional and were analysed on the plane {plane}: scatter"
-            " {scatter_m:.2g} m, {shortening_percent:.1f} % shorter than in space. Use --plane for"
-            " another plane."
+            "The lines are three-dimensional and were projected onto the plane {plane}: scatter"
+            " about it {scatter_m:.2g} m, lengths {shortening_percent:.1f} % shorter. Use --plane"
+            " for another plane."
         ),
     ),
     "lines.no-plane": (
@@ -59,15 +59,19 @@ TEXTS: dict[str, Entry] = {
     "trace.no-compatible-set": ("info", to_translate("No set is compatible with the trace.")),
     "trace.plane-of-set": (
         "info",
-        to_translate("As a plane of {set} it is {plane} (95 %)."),
+        to_translate("As a plane of {set}, the trace has the attitude {plane} (95 %)."),
     ),
     "trace.accepted": (
         "info",
-        to_translate("Proposed by {cost} among lines of at least {length_m:.3g} m, and accepted."),
+        to_translate(
+            "Proposed with the cost {cost} and a minimum length of {length_m:.3g} m, and accepted."
+        ),
     ),
     "trace.edited": (
         "info",
-        to_translate("Proposed by {cost} among lines of at least {length_m:.3g} m, and edited."),
+        to_translate(
+            "Proposed with the cost {cost} and a minimum length of {length_m:.3g} m, and edited."
+        ),
     ),
     "trace.not-straight": (
         "error",
@@ -85,15 +89,15 @@ TEXTS: dict[str, Entry] = {
     "plane.local": (
         "info",
         to_translate(
-            "The face bends by {bend_deg:.2g}° from edge to edge, so its plane is local. The"
-            " attitude of several such faces together is known within {regional_deg:.2g}°."
+            "The face bends by {bend_deg:.2g}° from edge to edge, so its plane is valid only"
+            " locally. As a regional attitude, its error is {regional_deg:.2g}°."
         ),
     ),
     "plane.long-roughness": (
         "warning",
         to_translate(
-            "The wavelength of the roughness is as long as the trace, so the larger of the two"
-            " errors is used. Pick a longer trace."
+            "The roughness wavelength is as long as the trace, so the larger of two error estimates"
+            " is used. Pick a longer trace."
         ),
     ),
     "plane.too-small": (
@@ -133,15 +137,15 @@ TEXTS: dict[str, Entry] = {
     "plane.in-face": (
         "warning",
         to_translate(
-            "The trace follows the outcrop face within {angle_deg:.2g}° and has little relief. Pick"
-            " points where it cuts into the face."
+            "The trace follows the outcrop face to within {angle_deg:.2g}° and has little relief."
+            " Pick points where it cuts into the face."
         ),
     ),
     "plane.along-face": (
         "info",
         to_translate(
-            "The plane follows the outcrop face within {angle_deg:.2g}°. Is that face the"
-            " structure itself?"
+            "The plane follows the outcrop face to within {angle_deg:.2g}°. Check whether that face"
+            " is the structure itself."
         ),
     ),
     "plane.three-points": (
@@ -219,7 +223,7 @@ TEXTS: dict[str, Entry] = {
     "plane.unbounded-error": (
         "info",
         to_translate(
-            "The trace is too straight for its scatter, so its angular error has no bound below"
+            "The trace is too straight for its scatter, so the angular error of its plane may reach"
             " 90°."
         ),
     ),
@@ -227,7 +231,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The points are on two levels {gap_m:.2g} m apart, with the plane between them. Reduce"
-            " the distance, or paint each level separately."
+            " the Distance setting, or paint each level separately."
         ),
     ),
     "plane.bowed": (
@@ -240,8 +244,8 @@ TEXTS: dict[str, Entry] = {
     "plane.earlier-rule": (
         "info",
         to_translate(
-            "Resolution and outcrop face were measured by an earlier method. Update earlier"
-            " features to measure them again."
+            "The resolution and the outcrop face were measured with an earlier method. Use"
+            " Interpret > Update earlier features to measure them again."
         ),
     ),
     "plane.to-and-fro": (
@@ -372,8 +376,8 @@ TEXTS: dict[str, Entry] = {
     "points.too-near": (
         "warning",
         to_translate(
-            "The points are too close together for their error, so the plane is uncertain by"
-            " {error_deg:.0f}° (95 %). Add points farther away."
+            "The points are too close together relative to their error, so the plane is uncertain"
+            " by {error_deg:.0f}° (95 %). Add points farther away."
         ),
     ),
     "points.nearly-collinear": (
@@ -385,7 +389,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "plane.none-fitted": (
         "error",
-        to_translate("None of the {count} planes can be fitted. The first: {reason}"),
+        to_translate("None of the {count} planes can be fitted. The first problem: {reason}"),
     ),
     "plane.model-not-open": (
         "error",

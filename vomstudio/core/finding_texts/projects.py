@@ -49,8 +49,8 @@ TEXTS: dict[str, Entry] = {
     "model.file-missing": (
         "error",
         to_translate(
-            "The file of {model} was not found. Its features are kept. Choose it with Model"
-            " > Locate file."
+            "The file of {model} was not found. Its features are kept. Choose the file with Model >"
+            " Locate file."
         ),
     ),
     "model.changed": (
@@ -210,7 +210,7 @@ TEXTS: dict[str, Entry] = {
     "import.no-layers": (
         "error",
         to_translate(
-            "The file contains no features that can be imported. Draw 3-D lines, or rename its"
+            "The file contains no features that can be imported. Draw 3-D lines, or rename the"
             " layers to {layers}."
         ),
     ),
@@ -231,7 +231,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "import.no-counterpart": (
         "warning",
-        to_translate("A project has no such feature. Measure it again on the model."),
+        to_translate("A project cannot store this kind of feature. Measure it again on the model."),
     ),
     "import.no-orientation": (
         "warning",
@@ -248,29 +248,29 @@ TEXTS: dict[str, Entry] = {
     "import.several-shifts": (
         "warning",
         to_translate(
-            "The clouds of the file have different global shifts, so its position is unknown."
-            " Export one cloud."
+            "The clouds in the file have different global shifts, so the position of the feature is"
+            " unknown. Export one cloud."
         ),
     ),
     "import.no-trace-column": (
         "error",
         to_translate(
-            "The table does not state which points belong to one trace. Add a header and a column"
-            " trace."
+            "The table does not state which points belong to one trace. Add a header with the"
+            " column “trace”."
         ),
     ),
     "import.coordinates-rounded": (
         "warning",
         to_translate(
-            "The file has coordinates with six digits only, so positions are uncertain by"
-            " {rounding} m. Use orientations, not positions."
+            "The coordinates in the file have only six digits, so positions are uncertain by"
+            " {rounding} m. Use only the orientations."
         ),
     ),
     "import.orientations-differ": (
         "warning",
         to_translate(
-            "{count} of {total} orientations in the file differ from the imported points by more"
-            " than their errors, {name} by {angle}°. Check the file."
+            "{count} of {total} orientations in the file differ from those of the imported points"
+            " by more than their errors, {name} by {angle}°. Check the file."
         ),
     ),
     "import.type-replaced": (
@@ -358,7 +358,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "row.not-text": (
         "error",
-        to_translate("The kind, label, time or version is not a text."),
+        to_translate("The kind, label, time or version is not text."),
     ),
     "asset.damaged": (
         "error",

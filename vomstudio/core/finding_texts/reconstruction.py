@@ -111,15 +111,15 @@ TEXTS: dict[str, Entry] = {
     "background.left-out": (
         "info",
         to_translate(
-            "{share_percent:.0f} % of the tie points are background, over {factor:.1f} times as far"
-            " away as the rock. It was left out; Keep background includes it."
+            "{share_percent:.0f} % of the tie points are background, over {factor:.1f} times"
+            " as far away as the rock. They were left out; Keep background includes them."
         ),
     ),
     "background.kept": (
         "info",
         to_translate(
-            "{share_percent:.0f} % of the tie points are background, over {factor:.1f} times as far"
-            " away as the rock. It was kept and takes detail from the rock."
+            "{share_percent:.0f} % of the tie points are background, over {factor:.1f} times"
+            " as far away as the rock. They were kept, which reduces the detail of the rock."
         ),
     ),
     "dense.too-few-photos": (
@@ -180,8 +180,8 @@ TEXTS: dict[str, Entry] = {
     "dense.no-agreement": (
         "error",
         to_translate(
-            "No two depth maps agree at any point. The photos may be blurred, badly aligned, or"
-            " show a surface without texture."
+            "No two depth maps agree at any point. The photos may be blurred or badly aligned, or"
+            " may show a surface without texture."
         ),
     ),
     "dense.calibration": (
@@ -232,14 +232,14 @@ TEXTS: dict[str, Entry] = {
     "surface.no-normals": (
         "error",
         to_translate(
-            "The cloud has no normals, which a surface needs to distinguish inside and outside."
+            "The cloud has no normals, which a surface needs to distinguish inside from outside."
             " Compute them first."
         ),
     ),
     "surface.few-points": (
         "error",
         to_translate(
-            "The cloud has only {points:,} points. A surface needs at least {least}, and some"
+            "The cloud has only {points:,} points. A surface needs at least {least}, and several"
             " hundred thousand to be useful."
         ),
     ),
@@ -276,7 +276,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "texture.no-triangles": (
         "error",
-        to_translate("The mesh has no triangles to be textured."),
+        to_translate("The mesh has no triangles to texture."),
     ),
     "texture.no-photos": (
         "error",
@@ -298,7 +298,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "texture.charts-too-large": (
         "error",
-        to_translate("The charts of this surface do not fit on a page. Decimate it first."),
+        to_translate(
+            "The texture charts of this surface do not fit on a page. Decimate the surface first."
+        ),
     ),
     "texture.triangle-too-large": (
         "error",

@@ -38,7 +38,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The earlier registration in {file} cannot complete the new one, because the"
-            " coordinates of the file are not World coordinates."
+            " coordinates in the model file are not World coordinates."
         ),
     ),
     "registration.reference-error": (
@@ -58,7 +58,7 @@ TEXTS: dict[str, Entry] = {
     "registration.parallel-level-lines": (
         "warning",
         to_translate(
-            "The level lines are parallel within {apart_deg:.0f}° and count as one. Add a level"
+            "The level lines are parallel to within {apart_deg:.0f}° and count as one. Add a level"
             " line in another direction, or a plumb line."
         ),
     ),
@@ -72,15 +72,15 @@ TEXTS: dict[str, Entry] = {
     "registration.which-end-up": (
         "warning",
         to_translate(
-            "The lines tilt the model by {tip_deg:.0f}° and do not show which end is up. Check"
-            " that the model is not upside down."
+            "The lines tilt the model by {tip_deg:.0f}° and do not show which way is up. Check that"
+            " the model is not upside down."
         ),
     ),
     "registration.poor": (
         "warning",
         to_translate(
-            "The model may be rotated by {rotation95_deg:.2g}° (95 %), so planes on it are poor."
-            " Add points, lines or readings."
+            "The model may be rotated by {rotation95_deg:.2g}° (95 %), so planes measured on it are"
+            " poor. Add points, lines or readings."
         ),
     ),
     "registration.weak-rotation": (
@@ -123,7 +123,7 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate(
             "GPS positions (accuracy {accuracy_m:.2g} m) were not used in the bundle adjustment:"
-            " their combined error is {error_px:.0f} pixels (at most {limit_px:.0f} are useful)."
+            " their combined error is {error_px:.0f} pixels (maximum {limit_px:.0f})."
         ),
     ),
     "gps.contradicts-photos": (
@@ -160,22 +160,24 @@ TEXTS: dict[str, Entry] = {
     "registration.points-and-cameras": (
         "warning",
         to_translate(
-            "Control points and cameras disagree by {turn_deg:.2g}° and {scale_percent:+.2g} % of"
-            " the scale. Register with the more accurate ones, and use the others as a check."
+            "Control points and cameras differ by {turn_deg:.2g}° in rotation and"
+            " {scale_percent:+.2g} % in scale. Register with the more accurate ones, and"
+            " check with the others."
         ),
     ),
     "registration.scale-contradicted": (
         "warning",
         to_translate(
-            "The fixed scale is contradicted: other observations make the model {times:.4g} times"
-            " as large (± {error95_percent:.2g} %, 95 %). Check values and units."
+            "The fixed scale contradicts the other observations, which make the model {times:.4g}"
+            " times as large (± {error95_percent:.2g} %, 95 %). Check values and units."
         ),
     ),
     "registration.north-quarter-turn": (
         "warning",
         to_translate(
             "All {readings} are rotated by {turn_deg:+.0f}° ± {error95_deg:.0f}° (95 %), so their"
-            " north was not used. Check the columns, then add {correction_deg:+.0f}°."
+            " north was not used. Check the columns, then add {correction_deg:+.0f}° to the"
+            " azimuths."
         ),
     ),
     "registration.north-turned": (
@@ -200,9 +202,9 @@ TEXTS: dict[str, Entry] = {
     "registration.applied": (
         "info",
         *to_translate_n(
-            "{model} and its features were placed by {count} observation and rotated by"
+            "{model} and its features were placed using {count} observation and rotated by"
             " {turn_deg:.1f}°.",
-            "{model} and its features were placed by {count} observations and rotated by"
+            "{model} and its features were placed using {count} observations and rotated by"
             " {turn_deg:.1f}°.",
         ),
     ),
@@ -232,17 +234,17 @@ TEXTS: dict[str, Entry] = {
     "registration.blunder": (
         "warning",
         to_translate(
-            "{labels} is a significant outlier. Without it the model rotates by {turned_deg:.2g}°"
-            " and the scale changes by {scale_percent:+.2g} %. Check it, or leave it out"
+            "Significant outliers: {labels}. Without them, the model rotates by {turned_deg:.2g}°"
+            " and the scale changes by {scale_percent:+.2g} %. Check the values, or leave them out"
             " (--without)."
         ),
     ),
     "registration.suspect": (
         "warning",
         to_translate(
-            "{label} has an error of {error_deg:.0f}°. Without it the others agree to"
-            " {others_deg:.1f}° and the model rotates by {turn_deg:.1f}°. Check it, or leave it out"
-            " (--without)."
+            "{label} has an error of {error_deg:.0f}°. Without it, the others agree within"
+            " {others_deg:.1f}° and the model rotates by {turn_deg:.1f}°. Check it, or use"
+            " --without."
         ),
     ),
     "registration.residuals-large": (
@@ -255,8 +257,8 @@ TEXTS: dict[str, Entry] = {
     "registration.residuals-small": (
         "warning",
         to_translate(
-            "The residuals are {times:,.0f} times smaller than the stated accuracies. Enter"
-            " accuracies in metres, because all stated errors depend on them."
+            "The residuals are {times:,.0f} times smaller than the stated accuracies. Check that"
+            " the accuracies are in metres, because all stated errors depend on them."
         ),
     ),
     "registration.readings-copied": (
@@ -282,8 +284,8 @@ TEXTS: dict[str, Entry] = {
     "registration.points-nowhere": (
         "warning",
         to_translate(
-            "The point errors are {share_percent:.0f} % of their extent: labels, coordinates or"
-            " heights are wrong, or belong to two systems. Compare the table with the model."
+            "The point errors are {share_percent:.0f} % of the points' extent: labels, coordinates"
+            " or heights are wrong or from two systems. Compare the table with the model."
         ),
     ),
     "registration.rotation-unknown": (
@@ -310,15 +312,15 @@ TEXTS: dict[str, Entry] = {
     "registration.worth-adding": (
         "info",
         to_translate(
-            "Another control point near {x:.1f}, {y:.1f}, {z:.1f} would reduce this to"
+            "Another control point near {x:.1f}, {y:.1f}, {z:.1f} would reduce this error to"
             " {after_deg:.2g}°."
         ),
     ),
     "registration.not-known": (
         "warning",
         to_translate(
-            "Not determined by this registration: {parameters}. The values of the model's file"
-            " are kept."
+            "Not determined by this registration: {parameters}. The values in the model file are"
+            " kept."
         ),
     ),
     "registration.vertical": (
@@ -331,9 +333,9 @@ TEXTS: dict[str, Entry] = {
     "registration.bowed": (
         "warning",
         to_translate(
-            "The model is bowed by {evidence}: edges are {rise_m:.2g} m off the mean plane,"
-            " {where}, and dips there are wrong by {side_deg:.1f}° ± {error95_deg:.1f}°. Calibrate"
-            " lenses."
+            "According to {evidence}, the model is bowed: edges are {rise_m:.2g} m off its"
+            " mean plane ({where}), and dips are wrong by {side_deg:.1f}° ±"
+            " {error95_deg:.1f}°. Calibrate the lenses."
         ),
     ),
     "registration.moved": (
@@ -353,8 +355,8 @@ TEXTS: dict[str, Entry] = {
     "registration.off-model": (
         "error",
         to_translate(
-            "The points ({x:,.2f}, {y:,.2f}, {z:,.2f}, …) are far from the model, whose centre is"
-            " ({mx:,.2f}, {my:,.2f}, {mz:,.2f}). Use coordinates of its file."
+            "The points ({x:,.2f}, {y:,.2f}, {z:,.2f}, …) are far from the model, whose"
+            " centre is ({mx:,.2f}, {my:,.2f}, {mz:,.2f}). Use coordinates of the model file."
         ),
     ),
     "registration.upside-down": (
@@ -367,8 +369,8 @@ TEXTS: dict[str, Entry] = {
     "registration.upside-down-or-mirror": (
         "warning",
         to_translate(
-            "This registration turns the model upside down ({tip_deg:.0f}°), or the points are"
-            " mirrored. Swap easting and northing, or add points above or below."
+            "This registration turns the model upside down ({tip_deg:.0f}°), or the points"
+            " are mirrored. Swap easting and northing, or add points higher or lower."
         ),
     ),
     "lens.bowing": (
@@ -514,9 +516,9 @@ TEXTS: dict[str, Entry] = {
     "reference.fitted": (
         "info",
         to_translate(
-            "Fitted to the reference at {places} positions ({overlap_percent:.0f} % of the model)"
-            " within {rms_m:.3g} m (robust, 1 sigma). Errors are computed from {blocks} blocks of"
-            " {block_m:.3g} m."
+            "Fitted to the reference at {places} positions ({overlap_percent:.0f} % of the"
+            " model); residual {rms_m:.3g} m (robust, 1 sigma). Errors are computed from"
+            " {blocks} blocks of {block_m:.3g} m."
         ),
     ),
     "reference.no-overlap": (
@@ -573,12 +575,12 @@ TEXTS: dict[str, Entry] = {
     "cameras.other-heights": (
         "warning",
         to_translate(
-            "The height of {count} photo was left out, because its reference differs from the"
-            " others ({usual}): {photos}."
+            "The height of {count} photo was left out, because its reference differs from that of"
+            " the others ({usual}): {photos}."
         ),
         to_translate(
-            "The heights of {count} photos were left out, because their reference differs from"
-            " the others ({usual}): {photos}."
+            "The heights of {count} photos were left out, because their reference differs from that"
+            " of the others ({usual}): {photos}."
         ),
     ),
     "cameras.left-out": (
@@ -611,8 +613,8 @@ TEXTS: dict[str, Entry] = {
     "cameras.noise": (
         "warning",
         to_translate(
-            "The camera positions have errors of {error_m:.3g} m (RMS) over {extent_m:.3g} m, so"
-            " the rotation is uncertain. Add control points, or compass readings and a length."
+            "Camera positions have errors of {error_m:.3g} m (RMS) over an extent of {extent_m:.3g}"
+            " m, so rotation is uncertain. Add control points, or compass readings and a length."
         ),
     ),
     "cameras.unsure": (
@@ -643,15 +645,15 @@ TEXTS: dict[str, Entry] = {
     "cameras.no-poses": (
         "error",
         to_translate(
-            "The camera file of the model contains only centres. Use a file with poses, such as"
-            " cameras.json, Metashape XML or COLMAP."
+            "The camera file of the model contains only camera centres. Use a file with poses, such"
+            " as cameras.json, Metashape XML or COLMAP."
         ),
     ),
     "cameras.missing": (
         "error",
         to_translate(
-            "The cameras of the model are unknown. Put its cameras.json next to the model, or"
-            " specify their file."
+            "The cameras of the model are unknown. Put cameras.json next to the model, or specify"
+            " the camera file."
         ),
     ),
     "compass.radians": (
@@ -678,8 +680,8 @@ TEXTS: dict[str, Entry] = {
     "line.no-azimuth": (
         "error",
         to_translate(
-            "A line with an azimuth needs two points that are not vertically above each"
-            " other. Choose other points."
+            "A line with an azimuth needs two points that are not on the same vertical line. Choose"
+            " other points."
         ),
     ),
     "line.one-place": (
@@ -692,8 +694,8 @@ TEXTS: dict[str, Entry] = {
     "length.other-unit": (
         "warning",
         to_translate(
-            "{labels}: compared with the points, these lengths are in {unit}, not metres."
-            " Convert them."
+            "{labels}: judging by the points, these lengths are in {unit}, not metres. Convert"
+            " them."
         ),
     ),
     "length.unknown-point": (
@@ -805,7 +807,7 @@ TEXTS: dict[str, Entry] = {
     "comparison.outdated": (
         "warning",
         to_translate(
-            "The comparison with {benchmark} of {day} is outdated, because the model or its"
+            "The comparison of {day} with {benchmark} is outdated, because the model or its"
             " position has changed. Compare again."
         ),
     ),
@@ -818,12 +820,12 @@ TEXTS: dict[str, Entry] = {
     "fit.click-left": ("info", to_translate("Click the same point on the left.")),
     "fit.finished": (
         "info",
-        to_translate("Register the model by this fit, or click more points and fit it again."),
+        to_translate("Register the model with this fit, or click more points and fit it again."),
     ),
     "fit.click-pairs": (
         "info",
         to_translate(
-            "Click {minimum} or more points on both sides, far apart and not in line. If the"
+            "Click {minimum} or more points on both sides, far apart and not collinear. If the"
             " models already overlap, fewer or none are enough."
         ),
     ),
@@ -839,7 +841,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "comparison.planes-unmatched": (
         "info",
-        to_translate("{first} of the model and {second} of the benchmark have no counterpart."),
+        to_translate(
+            "Planes without a counterpart: {first} of the model, {second} of the benchmark."
+        ),
     ),
     "comparison.planes-agree": (
         "info",
@@ -854,8 +858,8 @@ TEXTS: dict[str, Entry] = {
     "comparison.no-unit": (
         "warning",
         to_translate(
-            "Neither file specifies its unit, so metres in the options mean the unit of the files."
-            " Specify it with --unit."
+            "Neither file specifies its unit, so lengths in the options are in model units, not"
+            " metres. Specify the unit with --unit."
         ),
     ),
     "comparison.no-points": (
@@ -865,8 +869,8 @@ TEXTS: dict[str, Entry] = {
     "comparison.no-overlap": (
         "error",
         to_translate(
-            "No point of the model lies opposite the benchmark. Convert both to the same frame, or"
-            " use a larger radius."
+            "No point of the model has a counterpart on the benchmark. Convert both to the same"
+            " frame, or use a larger radius."
         ),
     ),
     "comparison.partial": (
@@ -893,8 +897,8 @@ TEXTS: dict[str, Entry] = {
     "comparison.large-faces": (
         "warning",
         to_translate(
-            "The faces of {name} are large compared with the radius, so they were sampled with"
-            " points. The level of detection includes only their own roughness."
+            "The faces of {name} are large compared with the radius, so points were sampled on"
+            " them. The level of detection includes only the mesh roughness."
         ),
     ),
     "points.invalid": (
@@ -941,7 +945,7 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate(
             "{model} was fitted to {other}. The model and its features were rotated by"
-            " {turn_deg:.2f} degrees."
+            " {turn_deg:.2f}°."
         ),
     ),
     "registration.sets-turned": (

@@ -134,8 +134,8 @@ TEXTS: dict[str, Entry] = {
     "log.too-few-boundaries": (
         "error",
         to_translate(
-            "{count} of the traces are within {reach:.3g} {unit} of the line, but a log needs two"
-            " boundaries. Increase the distance, or use the line's points."
+            "A log needs two boundaries, but the number of traces within {reach:.3g} {unit} of the"
+            " line is {count}. Increase the distance, or use the line's points."
         ),
     ),
     "log.no-bedding": (

@@ -8,7 +8,7 @@ from vomstudio.core.words import to_translate, to_translate_n
 TEXTS: dict[str, Entry] = {
     "sets.too-many": (
         "error",
-        to_translate("{n} planes cannot form {sets} sets. Use a smaller number."),
+        to_translate("{n} planes cannot form {sets} sets. Use a smaller number of sets."),
     ),
     "sets.too-many-seeds": (
         "error",
@@ -20,7 +20,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "sets.equal-seeds": (
         "error",
-        to_translate("Two seeds are less than 1 degree apart. Remove one of them."),
+        to_translate("Two seeds are less than 1° apart. Remove one of them."),
     ),
     "sets.not-a-scanline": (
         "error",
@@ -32,7 +32,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "sets.no-scatter": (
         "error",
-        to_translate("No set in the table has three planes with a mean. Add planes."),
+        to_translate("No set in the table forms a cluster of at least three planes. Add planes."),
     ),
     "sets.empty": ("error", to_translate("The set {set} has no planes. Choose another set.")),
     "sets.no-members": (
@@ -62,8 +62,8 @@ TEXTS: dict[str, Entry] = {
     "net.ellipse-direction": (
         "error",
         to_translate(
-            "The direction of an ellipse must not be parallel to its axis. Choose a direction"
-            " perpendicular to it."
+            "The major axis of an ellipse must not be parallel to the direction of its centre."
+            " Choose a perpendicular direction."
         ),
     ),
     "bingham.too-few": (
@@ -94,7 +94,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "kent.round": (
         "info",
-        to_translate("The cluster is round, so Fisher's mean describes it (p = {p:.2f})."),
+        to_translate("The cluster is round, so a Fisher distribution describes it (p = {p:.2f})."),
     ),
     "fisher.identical": (
         "info",
@@ -130,8 +130,8 @@ TEXTS: dict[str, Entry] = {
     "sets.lines-left-out": (
         "info",
         *to_translate_n(
-            "{count} line is left out.",
-            "{count} lines are left out.",
+            "{count} line is left out, because only planes are used.",
+            "{count} lines are left out, because only planes are used.",
         ),
     ),
     "sets.none": (
@@ -155,7 +155,7 @@ TEXTS: dict[str, Entry] = {
     "sets.girdle": (
         "warning",
         to_translate(
-            "No gap separates {sets}: their poles lie along one great circle, as in a bent bed,"
+            "No gap separates {sets}: their poles lie along one great circle, as in a folded bed,"
             " and may be one girdle with a fold axis."
         ),
     ),

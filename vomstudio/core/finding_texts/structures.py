@@ -19,7 +19,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "log.line-not-given": (
         "error",
-        to_translate("A log from a project needs one of its lines. Specify it with --line."),
+        to_translate("A log from a project needs a line of the project. Specify it with --line."),
     ),
     "log.no-bed": (
         "error",
@@ -29,7 +29,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "log.not-a-project": (
         "error",
-        to_translate("This option needs a line of a project, but {table} is a table. Omit it."),
+        to_translate(
+            "This option needs a line of a project, but {table} is a table. Omit the option."
+        ),
     ),
     "displacement.rake-without-strike": (
         "error",
@@ -51,14 +53,14 @@ TEXTS: dict[str, Entry] = {
     "slope.pairs-of-one-set": (
         "info",
         to_translate(
-            "{pairs:,} of {all_pairs:,} pairs are planes of the same set; their intersections do"
-            " not count as wedges."
+            "{pairs:,} of {all_pairs:,} pairs consist of planes of the same set; their"
+            " intersections do not count as wedges."
         ),
     ),
     "fold.planes-not-good": (
         "warning",
         to_translate(
-            "{not_good} of {used} planes of the fold axis are not rated good, but have the same"
+            "{not_good} of {used} planes of the fold axis are not rated good, but have equal"
             " weight. Improve them or leave them out."
         ),
     ),
@@ -80,8 +82,8 @@ TEXTS: dict[str, Entry] = {
     "beds.too-many": (
         "error",
         to_translate(
-            "Planes {thickness_m:g} m apart would be {n:.0f} on this model (maximum {maximum})."
-            " Use a larger thickness."
+            "A thickness of {thickness_m:g} m gives {n:.0f} planes on this model (maximum"
+            " {maximum}). Use a larger thickness."
         ),
     ),
     "beds.too-few-traces": (
@@ -156,7 +158,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "fold.no-verdicts": (
         "error",
-        to_translate("The table has no verdicts in a column “quality”. Omit {option}."),
+        to_translate("The table has no column “quality” with verdicts. Omit {option}."),
     ),
     "fold.none-good-enough": (
         "error",
@@ -182,7 +184,7 @@ TEXTS: dict[str, Entry] = {
     "fold.two-planes": (
         "info",
         to_translate(
-            "Two planes always intersect in a line, whose error is unknown. Measure more."
+            "Two planes always intersect in a line, but its error is unknown. Measure more planes."
         ),
     ),
     "fold.one-plane-turns": (
@@ -209,8 +211,8 @@ TEXTS: dict[str, Entry] = {
     "fold.limbs-or-hinge": (
         "warning",
         to_translate(
-            "No interlimb angle: the groups of {first} and {second} planes, {apart_deg:.0f}°"
-            " apart, may be limb and hinge. Put each limb in its own set."
+            "No interlimb angle: the groups of {first} and {second} planes, {apart_deg:.0f}° apart,"
+            " may be a limb and the hinge. Put each limb in its own set."
         ),
     ),
     "fold.mixed-limbs": (

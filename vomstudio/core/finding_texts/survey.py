@@ -261,7 +261,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The registration, and every direction on the model, may be wrong by {value:.1f}° (95"
-            " %). Add control points that are not in line."
+            " %). Add control points that are not collinear."
         ),
     ),
     "control-unused": (
@@ -282,8 +282,8 @@ TEXTS: dict[str, Entry] = {
     "plan.unknown-camera": (
         "error",
         to_translate(
-            "“{camera}” is not in the list of cameras (similar: {similar}). Specify a photo taken"
-            " with it, or sensor, focal length and pixels, such as 23.5x15.6,35,6000x4000."
+            "“{camera}” is not in the list of cameras (similar: {similar}). Specify a photo"
+            " taken with it, or sensor, focal length and pixels (23.5x15.6,35,6000x4000)."
         ),
     ),
     "plan.not-a-camera": (

@@ -135,10 +135,10 @@ ADVICE = {
         "Place control points or a scale bar, because these positions cannot register a model."
     ),
     "rotation": to_translate(
-        "Place at least four control points, spread over the whole outcrop and not in line."
+        "Place at least four control points, spread over the whole outcrop and not collinear."
     ),
     "control-unused": to_translate(
-        "Mark at least four control points that are not in line, each in four or more photos."
+        "Mark at least four control points that are not collinear, each in four or more photos."
     ),
     "mark-scatter": to_translate("Mark the centre of every control point at full zoom."),
     "gps-noise": to_translate(

@@ -171,7 +171,7 @@ def _draw_legend(ax: Any, slip: TableSlip) -> None:
         create_symbol(
             PRINT.ink, "D", tr("intermediate {axis}", axis=format_axis(mean.intermediate))
         ),
-        Patch(facecolor=_SHADES[-1], label=tr("in compression for over 80 % of faults")),
+        Patch(facecolor=_SHADES[-1], label=tr("compressed for over 80 % of faults")),
     ]
     ax.legend(
         handles=entries,

@@ -249,7 +249,7 @@ def _reminders(plan: SurveyPlan) -> list[str]:
     reminders = [
         tr(
             "Place the control points first: targets of {size:.2g} cm or more, far apart and not"
-            " in line. Measure each of them, and note its label.",
+            " collinear. Measure each of them, and note its label.",
             size=100 * plan.target_size_m,
         ),
         tr("Take one photo from each position, then move on. Never turn on the spot."),

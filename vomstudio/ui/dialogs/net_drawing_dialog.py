@@ -92,7 +92,7 @@ class NetDrawingDialog(QDialog):
             form.addRow(tr(title), field)
             self.fields[name] = field
         self.fields["levels"].setText(", ".join(f"{v:g}" for v in view_settings.levels))
-        self.use_plane_button = QPushButton(tr("Untilt by selected plane"))
+        self.use_plane_button = QPushButton(tr("Use selected plane"))
         self.use_plane_button.clicked.connect(self._use_selected_plane)
         form.addRow("", self.use_plane_button)
         self.message = Label()

@@ -29,8 +29,8 @@ _HINTS = {
         " polygon's largest projection onto a plane."
     ),
     "thickness": to_translate(
-        "Choose a plane, then click the base and the top of the bed to measure its thickness. The"
-        " error is smallest if the line is perpendicular to the bed."
+        "Choose a plane, then click the base and the top of the bed. The error is smallest if the"
+        " line is perpendicular to the bed."
     ),
 }
 
