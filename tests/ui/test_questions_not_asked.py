@@ -295,6 +295,31 @@ def test_camera_positions_follow_the_model_registration(tmp_path: Path) -> None:
         assert row.look_direction == pytest.approx((-look[1], look[0]))
 
 
+def photo_rows(*names: str) -> list[PhotoRow]:
+    return [PhotoRow(name, name, 10, 10, "", "", "", False, None) for name in names]
+
+
+@pytest.mark.full
+def test_reconstruction_needs_the_list_of_photos_but_not_their_check(window: Any) -> None:
+    survey = window.survey
+    survey.folder, survey.rows = Path("photos"), photo_rows("a.jpg", "b.jpg")
+    survey.rows_changed.emit()
+    make = window.actions_table.all["make_model"]
+    job: Any = SimpleNamespace()
+    try:
+        survey._check_job = job
+        survey.changed.emit()
+        assert survey.is_reading
+        assert survey.reconstruction_problem() is None
+        assert make.isEnabled()
+        survey._list_job, survey._check_job = job, None
+        survey.changed.emit()
+        assert survey.reconstruction_problem() == Finding("photos.pending")
+        assert not make.isEnabled()
+    finally:
+        survey._list_job = survey._check_job = None
+
+
 def test_pause_button_is_visible_while_nothing_runs(window: Any) -> None:
     window.docks.bring_forward("photos")
     panel, survey = window.photos_panel, window.survey
