@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QPushButton
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QPushButton, QToolButton
 
 from tests import driver
-from tests.messages import shown_codes
+from tests.messages import figures, shown_codes
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.frames import Frame
@@ -335,3 +335,36 @@ def test_pause_button_is_visible_while_nothing_runs(window: Any) -> None:
     assert window.actions_table.disabled_reason("pause_model") == Finding(
         "action.no-reconstruction"
     )
+
+
+@pytest.mark.full
+def test_photo_buttons_stay_in_place_and_progress_is_shown_once(
+    window: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window.resize(1600, 1000)
+    window.docks.bring_forward("photos")
+    panel, survey = window.photos_panel, window.survey
+    survey.folder, survey.rows = Path("photos"), photo_rows("a.jpg", "b.jpg")
+    survey.rows_changed.emit()
+    make = window.actions_table.all["make_model"]
+    buttons = [button for button in panel.findChildren(QToolButton) if button.isVisibleTo(panel)]
+    assert {make, window.actions_table.all["pause_model"]} <= {b.defaultAction() for b in buttons}
+    job: Any = SimpleNamespace(stage="Matching", done=357, total=468, start=0.0)
+
+    def places(is_begun: bool, job: Any) -> list[Any]:
+        monkeypatch.setattr(type(survey), "is_begun", property(lambda _: is_begun))
+        survey._reconstruction_job = job
+        survey.changed.emit()
+        driver.pause(30)
+        return [button.geometry() for button in buttons]
+
+    try:
+        first, texts = places(False, None), {make.text()}
+        for is_begun, running in ((True, None), (True, job), (False, job), (False, None)):
+            assert places(is_begun, running) == first, (is_begun, running)
+            texts.add(make.text())
+            # The progress of the job is shown in the status bar.
+            assert not set(figures(panel._verdict.text())) & {357.0, 468.0}
+    finally:
+        survey._reconstruction_job = None
+    assert len(texts) == 2
