@@ -139,9 +139,7 @@ def test_plan_of_photos_is_empty_without_photos(qtbot: Any) -> None:
 
     def count_colors() -> int:
         image = plan.grab().toImage()
-        return len(
-            {image.pixel(x, y) for x in range(image.width()) for y in range(image.height())}
-        )
+        return len({image.pixel(x, y) for x in range(image.width()) for y in range(image.height())})
 
     assert count_colors() == 1
     unplaced = PhotoRow("a.jpg", "a.jpg", 100, 80, "", "", "", False, None)
