@@ -12,9 +12,11 @@ import shapely
 from matplotlib.figure import Figure
 
 import vomstudio
-from tests.figure_texts import page_of_svg, recorded
+from tests.figure_texts import Page, page_of_svg, recorded
+from tests.messages import figures
 from tests.tiers import first_in_default_tier
 from vomstudio.core.findings import Finding
+from vomstudio.products.fractures.figure import MAX_SETS
 from vomstudio.products.ortho.sheet import write_sheet
 from vomstudio.products.ortho.vector_drawing import Drawing, DrawingShape, svg_text
 from vomstudio.products.ortho.view_directions import view_along_line
@@ -38,13 +40,14 @@ def planes(tmp_path: Path) -> Path:
     return path
 
 
-def check(run, *words: object) -> None:
-    """Run a command that draws, and look at all pages that it drew."""
+def check(run, *words: object) -> Page:
+    """Run a command that draws, look at all pages that it drew, and return the last one."""
     with recorded() as pages:
         ran = run(*words, "-q")
     assert ran.code == 0, ran.err
     assert pages
     assert [fault for page in pages for fault in page.faults()] == []
+    return pages[-1]
 
 
 @pytest.mark.full
@@ -106,7 +109,18 @@ def traces(path: Path, count: int, sets: int, size: float) -> Path:
 def test_fracture_figure_has_no_layout_faults(run, tmp_path, count, sets, size, window) -> None:
     layer = traces(tmp_path / "t.gpkg", count, sets, size)
     circle = ("--circle", f"{5e5 + size / 2},{5e6 + size / 2},{size / 2}") if window else ()
-    check(run, "fractures", layer, *circle, "--plot", tmp_path / "f.svg")
+    page = check(run, "fractures", layer, *circle, "--plot", tmp_path / "f.svg")
+    texts = [text for text, _, _ in page.texts]
+    is_named = {k: any(f"set of fractures {k} (" in text for text in texts) for k in range(sets)}
+    if sets == 1:
+        assert not any(is_named.values())
+    elif sets <= MAX_SETS:
+        assert all(is_named.values())
+    else:
+        # The last row of the legend counts the other sets.
+        assert sum(is_named.values()) == MAX_SETS - 1
+        others = [text for text in texts if figures(text) == [sets - MAX_SETS + 1]]
+        assert [text for text in others if re.search("[a-z]", text)]
 
 
 @pytest.mark.full

@@ -12,7 +12,7 @@ from matplotlib.patches import Polygon
 
 from tests.messages import by_code, error_of, figures, shown_codes
 from vomstudio.geology.roses import count_rose
-from vomstudio.products.net.rose import TITLES, choose_rings, draw_roses
+from vomstudio.products.net.rose import TITLES, choose_rings, draw_roses, figure_size
 from vomstudio.products.net.rose_contents import RoseContents
 from vomstudio.project.catalogue import EXTENT
 
@@ -127,6 +127,27 @@ def test_multiple_roses_do_not_overlap() -> None:
         assert a.y1 <= 1
         for b in boxes[:i]:
             assert a.x0 >= b.x1 - 1e-9 or b.x0 >= a.x1 - 1e-9 or a.y1 <= b.y0 or b.y1 <= a.y0
+
+
+def test_titles_of_roses_are_complete_in_a_narrow_figure() -> None:
+    names = ("Bedding: west limb", "Joint: J1, cross joints of the quarry", "Fault: reverse faults")
+    roses = {
+        name: count_rose([10.0 * i + j for j in range(9)], is_axial=True)
+        for i, name in enumerate(names)
+    }
+    contents = RoseContents("strike", roses)
+    for figure in (
+        Figure(figsize=(2.6, 2.6)),
+        Figure(figsize=figure_size(contents, width_mm=66.0)),
+    ):
+        draw_roses(figure, contents)
+        texts = [text.get_text() for text in figure.texts]
+        assert not [text for text in texts if text.endswith("…")]
+        words = " ".join(texts).split()
+        for name in names:
+            for word in name.split():
+                assert word in words
+        assert words.count("(n") == 3
 
 
 def test_dips_are_counted_in_a_histogram(run, write, tmp_path: Path) -> None:

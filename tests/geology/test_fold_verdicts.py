@@ -13,7 +13,11 @@ from tests.geology.folded import Rng, planes
 from tests.messages import by_code
 from tests.tiers import first_in_default_tier
 from vomstudio.geology.common_axes import common_axis
-from vomstudio.geology.domains import domain_axes
+from vomstudio.geology.domains import (
+    AXIS_DIFFERENCE_SIGNIFICANCE,
+    MIN_AXIS_DIFFERENCE_DEG,
+    domain_axes,
+)
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Line, angle_between_lines
 
@@ -290,6 +294,7 @@ def test_domains_with_different_axes_are_distinguished_from_one_fold() -> None:
     beds = {"hanging wall": planes(both[:30]), "footwall": planes(both[30:])}
     figures, one = domain_axes(beds, fold_axis(*planes(both)))
     assert not one.serves_all
+    assert one.reasons[0].code == "fold.domains-differ"
     assert one.apart_deg == pytest.approx(30, abs=5)
     for domain in figures.values():
         assert domain.axis is not None
@@ -299,7 +304,24 @@ def test_domains_with_different_axes_are_distinguished_from_one_fold() -> None:
     _, one = domain_axes(beds, fold_axis(*planes(same)))
     assert one.serves_all
     assert one.p is not None
+    assert one.reasons[0].code == "fold.one-axis"
     assert one.beds_off_deg is None
+
+
+def test_small_but_significant_axis_difference_is_not_reported_as_one_axis() -> None:
+    """Many precise planes distinguish axes that are too close to matter."""
+    rng = np.random.default_rng(28)
+    both = folded.two_folds(rng, 400, 100, 0.5, 2)
+    beds = {"hanging wall": planes(both[:200]), "footwall": planes(both[200:])}
+    _, one = domain_axes(beds, fold_axis(*planes(both)))
+    assert one.serves_all
+    assert one.p is not None
+    assert one.p < AXIS_DIFFERENCE_SIGNIFICANCE
+    assert one.apart_deg is not None
+    assert one.apart_deg < MIN_AXIS_DIFFERENCE_DEG
+    reasons = by_code(one.reasons)
+    assert reasons["fold.domains-close"] == {"p": one.p, "limit_deg": MIN_AXIS_DIFFERENCE_DEG}
+    assert reasons.keys().isdisjoint({"fold.one-axis", "fold.domains-differ"})
 
 
 def test_homoclinal_domain_has_no_axis_to_compare() -> None:

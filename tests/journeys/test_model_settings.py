@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 import shutil
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QListWidget, QMessageBox, QToolButton
@@ -22,6 +24,8 @@ from vomstudio.geometry.boxes import ClipBox
 from vomstudio.ui.dialogs.reconstruct_dialog import ReconstructDialog
 
 pytestmark = pytest.mark.full
+
+GPS_TAG = 0x8825
 
 
 @pytest.fixture
@@ -96,6 +100,67 @@ def test_control_beside_photos_is_found_and_its_crs_proposed(window, sample) -> 
     tick(dialog.control_button)
     settled(window)
     assert window.survey.settings.control == sample.parent / "control.csv"
+    dialog.close()
+
+
+def write_micmac_control(folder: Path) -> None:
+    """Replace the control of a folder, two tables, by the files of MicMac."""
+    tables = {}
+    for name in ("control.csv", "marks.csv"):
+        lines = (folder / name).read_text().splitlines()
+        tables[name] = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+        (folder / name).unlink()
+    points, marks = tables["control.csv"], tables["marks.csv"]
+    (folder / "Ground-Pts3D.xml").write_text(
+        "<DicoAppuisFlottant>"
+        + "".join(
+            f"<OneAppuisDAF><Pt>{row['x']} {row['y']} {row['z']}</Pt><NamePt>{row['label']}</NamePt>"
+            "<Incertitude>1 1 1</Incertitude></OneAppuisDAF>"
+            for row in points
+        )
+        + "</DicoAppuisFlottant>"
+    )
+    (folder / "GroundMeasure.xml").write_text(
+        "<SetOfMesureAppuisFlottants>"
+        + "".join(
+            f"<MesureAppuiFlottant1Im><NameIm>{photo}</NameIm>"
+            + "".join(
+                f"<OneMesureAF1I><NamePt>{row['label']}</NamePt>"
+                f"<PtIm>{row['x']} {row['y']}</PtIm></OneMesureAF1I>"
+                for row in marks
+                if row["photo"] == photo
+            )
+            + "</MesureAppuiFlottant1Im>"
+            for photo in sorted({row["photo"] for row in marks})
+        )
+        + "</SetOfMesureAppuisFlottants>"
+    )
+
+
+def remove_gps(photo: Path) -> None:
+    with Image.open(photo) as image:
+        image.load()
+        exif = image.getexif()
+        del exif[GPS_TAG]
+        image.save(photo, quality=95, exif=exif)
+
+
+def test_control_of_micmac_beside_photos_without_gps_is_proposed(window, sample) -> None:
+    write_micmac_control(sample.parent)
+    for photo in sample.iterdir():
+        remove_gps(photo)
+    window.open_path(sample)
+    looked_at(window)
+    settled(window)
+    survey = window.survey
+    assert not any(row.has_gps for row in survey.rows)
+    assert survey.settings.control == sample.parent / "Ground-Pts3D.xml"
+    dialog = open_dialog(window)
+    assert dialog.control_button.isChecked()
+    assert dialog.control.text() == str(survey.settings.control)
+    assert dialog.points.rowCount() == 8
+    # Positions that the photos do not have are not offered.
+    assert "GPS" not in dialog.gps_button.text()
     dialog.close()
 
 

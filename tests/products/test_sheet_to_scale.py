@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.messages import refused
+from tests.messages import refused, shown_codes
 from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
@@ -102,6 +102,15 @@ def test_sheet_contains_text_as_text_and_lines_to_scale(tmp_path: Path) -> None:
     )
     # Twenty metres at 1 : 100 are twenty centimetres of paper and the margins.
     assert box[2] / MM == pytest.approx(236.0, abs=0.1)
+
+
+def test_sheet_gives_no_reason_for_a_direction_that_was_given(tmp_path: Path) -> None:
+    given = replace(view_along_line(45, 0), reason=Finding("view.as-given"))
+    write_sheet(tmp_path / "s.pdf", drawing(), given, "pdf")
+    words = get_texts(page_of(tmp_path / "s.pdf")[1])
+    assert "045.0/0.0" in words
+    assert given.reason.message not in words
+    assert "view.as-given" not in shown_codes(words)
 
 
 def test_scale_bar_has_its_stated_length(tmp_path: Path) -> None:

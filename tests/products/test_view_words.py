@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -38,6 +39,16 @@ def test_side_labels_of_a_picture_are_perpendicular_to_the_view(trend: int) -> N
         assert abs(off) <= 11.25
     local = end_labels(replace(view, is_north_known=False))
     assert local == (f"{(trend - 90) % 360:03d}, local", f"{(trend + 90) % 360:03d}, local", "up")
+
+
+def test_horizontal_axis_of_a_picture_is_named_by_its_direction() -> None:
+    view = view_along_line(31, 11)
+    horizontal_label = axis_labels(view, "m")[0]
+    assert "ESE" in horizontal_label
+    assert horizontal_label.endswith("(m)")
+    local_label = axis_labels(replace(view, is_north_known=False), "m")[0]
+    assert not re.search("[NESW]", local_label)
+    assert local_label.endswith("(m)")
 
 
 @pytest.mark.parametrize(

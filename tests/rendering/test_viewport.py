@@ -15,6 +15,7 @@ from PySide6.QtGui import QImage, QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMainWindow
 
+from tests.messages import figures
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
@@ -402,9 +403,17 @@ def test_scale_bar_length_is_correct_in_the_orthographic_view(stage: Stage) -> N
 
 @pytest.mark.full
 def test_scale_bar_shows_its_depth_only_in_perspective_if_not_covered(
-    stage: Stage,
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stage.show("w", wall())
+    notes: list[str] = []
+    draw = compass_and_scale.draw_scale_bar
+
+    def draw_and_record(*arguments: object, note: str, **more: object) -> None:
+        notes.append(note)
+        draw(*arguments, note=note, **more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(compass_and_scale, "draw_scale_bar", draw_and_record)
     box = compass_and_scale.scale_bar_box(stage.view.width(), stage.view.height()).toRect()
 
     def picture_of_the_bar(widget: QRect) -> np.ndarray:
@@ -415,8 +424,13 @@ def test_scale_bar_shows_its_depth_only_in_perspective_if_not_covered(
     for is_orthographic in (True, False):
         stage.view.moves.set_orthographic(is_orthographic)
         stage.wait(lambda: stage.view.is_still)
-        free, covered = picture_of_the_bar(QRect()), picture_of_the_bar(box)
+        free, free_note = picture_of_the_bar(QRect()), notes[-1]
+        covered, covered_note = picture_of_the_bar(box), notes[-1]
         assert (free == covered).all() == is_orthographic
+        # The note names a place, not a distance.
+        assert bool(free_note) != is_orthographic
+        assert figures(free_note) == []
+        assert covered_note == ""
 
 
 def test_view_direction_is_read_back(stage: Stage) -> None:

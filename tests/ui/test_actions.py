@@ -356,7 +356,10 @@ def test_status_line_shows_the_selection_count_and_the_tool_hint(window, studio)
     beds(studio)
     window.actions_table.run("select_all")
     assert window.status_line._selected.text() == "3 selected"
-    assert window.status_line._hint.text().startswith("Navigate: ")
+    hint = window.status_line._hint.text()
+    assert hint.startswith("Navigate: ")
+    # The key that adds a feature to the selection is named where the mouse is explained.
+    assert "Ctrl+click" in hint
     studio.activate("trace")
     assert window.status_line._hint.text() == studio.tool.hint()
 

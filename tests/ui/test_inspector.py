@@ -248,7 +248,7 @@ def test_select_all_in_a_filtered_table_takes_visible_rows_only(window, studio):
     window.table._filter.setText("type:joint")
     window.table.view.setFocus()
     driver.wait(window.table.view.hasFocus, "the focus of the table")
-    window.actions_table.run("select_all")
+    QTest.keyClick(window.table.view, Qt.Key.Key_A, CTRL)
     assert set(studio.selection.ids) == {"j1", "r1"}
     window.table._filter.setText("station:kb")
     window.actions_table.run("select_all")

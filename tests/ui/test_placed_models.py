@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QLabel
 
-from tests.messages import figures
+from tests.messages import figures, shown_codes
+from tests.project.test_bowed_models import registration
 from vomstudio.geometry.frames import UNDECLARED_FRAME, Frame
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.registrations import Registration
@@ -20,6 +21,7 @@ from vomstudio.project import edits
 from vomstudio.project.reconstructions import RECONSTRUCTIONS
 from vomstudio.project.records import Model
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
+from vomstudio.ui.panels.photos.plan_view import PlanView
 
 SCALE, RESOLUTION = 0.25, 0.08
 PLACED = Registration(
@@ -105,3 +107,43 @@ def test_a_model_of_other_photos_is_not_shown(window: Any, studio: Any, panel: A
     add(studio, f"{RECONSTRUCTIONS}/others-high/model.obj")
     assert studio.attempt(edits.set_registration, PLACED, ["m1"])
     assert findings(panel) == []
+
+
+@pytest.mark.full
+def test_verdict_on_photos_is_replaced_by_warnings_about_their_model(
+    window: Any, studio: Any, panel: Any
+) -> None:
+    survey = window.survey
+    survey.verdict = "These photos should give a reliable model."
+    survey.rows_changed.emit()
+    add(studio, f"{RECONSTRUCTIONS}/{survey.output_folder().name}/model.obj")
+    assert findings(panel) == [survey.verdict]
+    assert studio.attempt(edits.set_registration, registration(-0.001), ["m1"])
+    assert "registration.bowed" in shown_codes("\n".join(findings(panel)))
+    assert survey.verdict not in findings(panel)
+    n_warnings = sum(finding.severity != "info" for finding in survey.placement_findings())
+    assert n_warnings >= 1
+    assert figures(panel._verdict.text()) == [1, n_warnings]
+    studio.undo()
+    assert findings(panel) == [survey.verdict]
+    assert figures(panel._verdict.text()) == [1, 0]
+    # A registration without a warning does not contradict the verdict.
+    assert studio.attempt(edits.set_registration, PLACED, ["m1"])
+    assert findings(panel)[0] == survey.verdict
+
+
+def test_plan_of_photos_is_empty_without_photos(qtbot: Any) -> None:
+    plan = PlanView()
+    qtbot.addWidget(plan)
+    plan.resize(260, 220)
+
+    def count_colors() -> int:
+        image = plan.grab().toImage()
+        return len({image.pixel(x, y) for x in range(image.width()) for y in range(image.height())})
+
+    assert count_colors() == 1
+    unplaced = PhotoRow("a.jpg", "a.jpg", 100, 80, "", "", "", False, None)
+    plan.show_rows([unplaced], set(), None)
+    assert count_colors() > 1
+    plan.show_rows([], set(), None)
+    assert count_colors() == 1

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QPushButton
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QPushButton, QToolButton
 
 from tests import driver
-from tests.messages import shown_codes
+from tests.messages import figures, shown_codes
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.frames import Frame
@@ -295,6 +295,31 @@ def test_camera_positions_follow_the_model_registration(tmp_path: Path) -> None:
         assert row.look_direction == pytest.approx((-look[1], look[0]))
 
 
+def photo_rows(*names: str) -> list[PhotoRow]:
+    return [PhotoRow(name, name, 10, 10, "", "", "", False, None) for name in names]
+
+
+@pytest.mark.full
+def test_reconstruction_needs_the_list_of_photos_but_not_their_check(window: Any) -> None:
+    survey = window.survey
+    survey.folder, survey.rows = Path("photos"), photo_rows("a.jpg", "b.jpg")
+    survey.rows_changed.emit()
+    make = window.actions_table.all["make_model"]
+    job: Any = SimpleNamespace()
+    try:
+        survey._check_job = job
+        survey.changed.emit()
+        assert survey.is_reading
+        assert survey.reconstruction_problem() is None
+        assert make.isEnabled()
+        survey._list_job, survey._check_job = job, None
+        survey.changed.emit()
+        assert survey.reconstruction_problem() == Finding("photos.pending")
+        assert not make.isEnabled()
+    finally:
+        survey._list_job = survey._check_job = None
+
+
 def test_pause_button_is_visible_while_nothing_runs(window: Any) -> None:
     window.docks.bring_forward("photos")
     panel, survey = window.photos_panel, window.survey
@@ -310,3 +335,39 @@ def test_pause_button_is_visible_while_nothing_runs(window: Any) -> None:
     assert window.actions_table.disabled_reason("pause_model") == Finding(
         "action.no-reconstruction"
     )
+
+
+@pytest.mark.full
+def test_photo_buttons_stay_in_place_and_progress_is_shown_once(
+    window: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window.resize(1600, 1000)
+    window.docks.bring_forward("photos")
+    panel, survey = window.photos_panel, window.survey
+    survey.folder, survey.rows = Path("photos"), photo_rows("a.jpg", "b.jpg")
+    survey.rows_changed.emit()
+    make = window.actions_table.all["make_model"]
+    buttons = [button for button in panel.findChildren(QToolButton) if button.isVisibleTo(panel)]
+    assert {make, window.actions_table.all["pause_model"]} <= {b.defaultAction() for b in buttons}
+    job: Any = SimpleNamespace(stage="Matching", done=357, total=468, start=0.0)
+
+    def places(is_begun: bool, job: Any) -> list[Any]:
+        monkeypatch.setattr(type(survey), "is_begun", property(lambda _: is_begun))
+        survey._reconstruction_job = job
+        survey.changed.emit()
+        driver.pause(30)
+        return [button.geometry() for button in buttons]
+
+    try:
+        first, texts = places(False, None), {make.text()}
+        for is_begun, running in ((True, None), (True, job), (False, job), (False, None)):
+            assert places(is_begun, running) == first, (is_begun, running)
+            texts.add(make.text())
+            # The progress of the job is shown in the status bar.
+            text = panel._verdict.text()
+            assert figures(text)[0] == 2
+            assert "357" not in text
+            assert "468" not in text
+    finally:
+        survey._reconstruction_job = None
+    assert len(texts) == 2

@@ -7,6 +7,7 @@ import re
 import xml.etree.ElementTree as ElementTree
 
 import pytest
+from matplotlib.contour import ContourSet
 from matplotlib.lines import Line2D
 from PIL import Image
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, QTimer
@@ -19,6 +20,7 @@ from tests.samples import ZIGZAG
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.frames import Frame
+from vomstudio.products.net.contours import contour_groups
 from vomstudio.project import edits
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
@@ -29,6 +31,7 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.commands.net import export_net
 from vomstudio.ui.panels.net import stereonet_panel
 from vomstudio.ui.panels.net.contour_button import ContourButton
+from vomstudio.ui.panels.net.feature_sets import UNASSIGNED_COLOR
 
 LEFT, NONE, CTRL = driver.LEFT, driver.NONE, driver.CTRL
 
@@ -135,6 +138,9 @@ def test_proposed_poles_can_be_picked_by_lasso_and_click(window, net, studio):
         proposals = {i for i in shown.selected if i != "N0"}
         assert proposal_indices("facet", proposals) == sorted(selection)
         assert len(net.printable_contents().sets) == len(features)
+        assert {s.color for s in shown.sets if s.ids[0].startswith("proposal")} == {
+            UNASSIGNED_COLOR
+        }
     lasso(net, around(net, 45))
     ids, is_adding = picked.pop()
     assert proposal_indices("facet", ids) == [4, 5]
@@ -142,6 +148,25 @@ def test_proposed_poles_can_be_picked_by_lasso_and_click(window, net, studio):
     assert not is_adding
     QTest.mouseClick(net.canvas, LEFT, CTRL, at(net, 135))
     assert [(proposal_indices("facet", ids), add) for ids, add in picked] == [([9], True)]
+    # Contours are those of the most frequent planes, here of the proposals.
+    studio.planes_proposed.emit(
+        "facet",
+        ProposedPlanes(
+            "facet",
+            "Proposed facets",
+            tuple(Plane(220.0 + i, 45.0) for i in range(30)),
+            tuple(range(30)),
+        ),
+    )
+    net.contours.methods["linear_kamb"].trigger()
+    drawn(window)
+    assert net.artists.contents.contouring.set_name == "Proposed facets"
+    assert any(isinstance(each, ContourSet) for each in net.artists.axes.collections)
+    (mode,) = contour_groups(net.artists.contents)
+    assert len(mode[1]) == 30
+    printed = net.printable_contents()
+    assert len(printed.sets) == len(features)
+    assert printed.contouring.set_name != "Proposed facets"
     studio.planes_proposed.emit("facet", None)
     drawn(window)
     assert not any(s.ids[0].startswith("proposal") for s in net.artists.contents.sets)

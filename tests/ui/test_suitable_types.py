@@ -6,11 +6,19 @@ from dataclasses import replace
 
 import pytest
 
+from tests import driver
+from tests.geometry.test_brush import grid
 from tests.samples import ONE_OF_EACH
-from tests.ui.conftest import add_bed, add_cliff
+from tests.ui.conftest import add_bed, add_cliff, add_open_cliff
 from vomstudio.project import edits
 from vomstudio.project.kind import may_be_overturned
 from vomstudio.project.records import FeatureType
+from vomstudio.ui.panels.surface.facets_panel import FacetsPanel
+from vomstudio.ui.panels.surface.traces_panel import TracesPanel
+from vomstudio.ui.panels.three_points_panel import ThreePointsPanel
+from vomstudio.ui.panels.tools.contact import ContactPanel
+from vomstudio.ui.panels.tools.plane import PlanePanel
+from vomstudio.ui.panels.tools.trace import TracePanel
 
 
 def offered(box) -> set[str]:
@@ -53,6 +61,39 @@ def test_planes_are_offered_plane_types_and_lines_line_types(window, studio):
         assert offered(box) == {kind.id for kind in types if kind.geometry == geometry}
     studio.selection.set(["t1", line])
     assert offered(box) == {kind.id for kind in types}
+
+
+@pytest.mark.full
+def test_every_panel_of_planes_offers_only_plane_types(window, studio):
+    add_open_cliff(studio, grid(11, 4.0))
+    boxes = {}
+    for tool, kind in (("trace", TracePanel), ("plane", PlanePanel), ("contact", ContactPanel)):
+        studio.activate(tool)
+        boxes[tool] = driver.tool_panel(window, kind).type_box
+    studio.activate("navigate")
+    for page in ("surface", "three_points"):
+        window.docks.bring_forward(page)
+    for page, kind in (
+        ("facets", FacetsPanel),
+        ("traces", TracesPanel),
+        ("three_points", ThreePointsPanel),
+    ):
+        boxes[page] = window.findChild(kind).type
+    planes = {kind.id for kind in studio.session.of(FeatureType) if kind.geometry == "plane"}
+    lines = {kind.id for kind in studio.session.of(FeatureType) if kind.geometry == "line"}
+    assert lines
+    studio.set_next_type("joint", "")
+    assert boxes["facets"].currentData() == boxes["traces"].currentData() == "joint"
+    for name, box in boxes.items():
+        assert offered(box) == planes, name
+    for id_ in sorted(planes | lines):
+        names = [action.text() for action in window._menus.create_menu(id_).actions()]
+        assert ("Use for &next" in names) == (id_ in planes), id_
+    # A line type, such as that of a stored project, is not taken over for proposals.
+    studio.set_next_type(sorted(lines)[0], "")
+    for name in ("facets", "traces", "three_points"):
+        assert offered(boxes[name]) == planes, name
+    assert boxes["facets"].currentData() == boxes["traces"].currentData() == "joint"
 
 
 def test_type_of_another_geometry_is_rejected(window, studio):

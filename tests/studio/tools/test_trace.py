@@ -75,6 +75,15 @@ def test_finishing_a_trace_emits_one_signal_and_leaves_the_tool_idle(tool, conte
     assert draft(context) is None
 
 
+def test_preview_takes_the_colour_of_a_changed_type_immediately(tool, context):
+    clicks(tool)
+    bedding = context.shown[-1].color
+    tool.set_type("joint", "")
+    assert context.shown[-1].color != bedding
+    tool.set_type("bedding", "")
+    assert context.shown[-1].color == bedding
+
+
 def test_a_cancelled_trace_leaves_no_feature_and_no_draft(tool, context):
     clicks(tool)
     tool.cancel()

@@ -46,7 +46,7 @@ _PANEL_TOP, _PANEL_BOTTOM = 1.3, 1.14
 _HEADER_LETTERS, _FOOTER_LETTERS = 3.9, 3.2
 """Height above each panel, and height below all panels, in letter heights."""
 _LINE_LETTERS = 1.42
-"""Height of each further line of a title, in letter heights."""
+"""Distance of the lines above a panel, in letter heights."""
 _MIN_TITLE_SIZE = 0.7
 """Minimum size of the texts above a rose relative to other texts; longer titles are wrapped."""
 _MIN_PANEL_MM, _MAX_PANEL_MM = 42.0, 105.0
@@ -100,25 +100,30 @@ def figure_size(
     footer_height = _FOOTER_LETTERS * letter + 1.45 * letter * (
         len(contents.notes) + bool(contents.title)
     )
-    header_letters = _header_letters(contents, style.font_pt, panel_mm / 25.4 * 72.0)
+    header_letters = _header_letters(contents, style.font_pt, width_mm / columns / 25.4 * 72.0)
     return width_mm / 25.4, (
         rows * (_panel_height(panel_mm) + header_letters * letter) + footer_height
     ) / 25.4
 
 
-def _title_lines(name: str, rose: Rose | AngleHistogram, font: float, width: float) -> list[str]:
-    """Return the lines of the title of a rose for a panel of some width, in points."""
-    text = tr("{set} (n = {count:,})", set=name, count=rose.n)
-    lines = wrap_text(text, _MIN_TITLE_SIZE * font, 0.94 * width, "bold")
-    return lines if len(lines) == 1 else wrap_text(text, font, 0.94 * width, "bold")
+def _header_lines(
+    name: str, rose: Rose | AngleHistogram, font: float, width: float
+) -> list[tuple[str, str]]:
+    """Return the lines above a rose and their weights: its title and its mean."""
+    title = tr("{set} (n = {count:,})", set=name, count=rose.n)
+    header_lines = []
+    for text, weight in ((title, "bold"), (describe_mean(rose), "normal")):
+        lines = wrap_text(text, _MIN_TITLE_SIZE * font, 0.94 * width, weight)
+        if len(lines) > 1:
+            lines = wrap_text(text, font, 0.94 * width, weight)
+        header_lines += [(line, weight) for line in lines]
+    return header_lines
 
 
-def _header_letters(contents: RoseContents, font: float, panel_width: float) -> float:
-    """Return the height of the titles above the panels, in letter heights."""
-    n_lines = [
-        len(_title_lines(name, rose, font, panel_width)) for name, rose in contents.roses.items()
-    ]
-    return _HEADER_LETTERS + _LINE_LETTERS * (max(n_lines, default=1) - 1)
+def _header_letters(contents: RoseContents, font: float, width: float) -> float:
+    """Return the height of the texts above the panels, in letter heights."""
+    n_lines = [len(_header_lines(name, rose, font, width)) for name, rose in contents.roses.items()]
+    return _HEADER_LETTERS + _LINE_LETTERS * (max(n_lines, default=2) - 2)
 
 
 def _panel_height(width: float) -> float:
@@ -134,16 +139,14 @@ class _Grid:
     panel_width: float
 
     @classmethod
-    def of(
-        cls, count: int, width: float, height: float, header_height: float, footer_height: float
-    ) -> _Grid:
-        """Find the grid with the largest panels that fit."""
-        best_grid = cls(1, 0.0)
+    def of(cls, contents: RoseContents, font: float, width: float, height: float) -> _Grid:
+        """Find the grid with the largest panels that fit below the texts above them."""
+        best_grid, count = cls(1, 0.0), len(contents.roses)
         for columns in range(1, count + 1):
-            rows = math.ceil(count / columns)
-            total_height = (height - footer_height) / rows - header_height
+            rows, column_width = math.ceil(count / columns), width / columns
+            panel_height = height / rows - _header_letters(contents, font, column_width) * font
             panel_width = min(
-                width / columns, total_height * 2 * _PANEL_HALF_WIDTH / (_PANEL_TOP + _PANEL_BOTTOM)
+                column_width, panel_height * 2 * _PANEL_HALF_WIDTH / (_PANEL_TOP + _PANEL_BOTTOM)
             )
             if panel_width >= best_grid.panel_width - 1e-6:
                 best_grid = cls(columns, panel_width)
@@ -219,37 +222,38 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
     title = [contents.title] if contents.title else []
     footer_lines = [*title, *contents.notes, *wrap_text(_caption(contents), font, width - 2 * font)]
     footer_height = (_FOOTER_LETTERS + 1.45 * (len(footer_lines) - 1)) * font
-    header_letters = _HEADER_LETTERS
-    for _ in range(2):
-        # The titles reduce the panels, whose width determines the lines of the titles.
-        grid = _Grid.of(len(contents.roses), width, height, header_letters * font, footer_height)
-        panel_width = min(
-            grid.panel_width, _MAX_PANEL_MM / 25.4 * 72.0 if style is PRINT else grid.panel_width
-        )
-        header_letters = _header_letters(contents, font, panel_width)
+    grid = _Grid.of(contents, font, width, height - footer_height)
+    panel_width = min(
+        grid.panel_width, _MAX_PANEL_MM / 25.4 * 72.0 if style is PRINT else grid.panel_width
+    )
+    # Low panels are moved apart as far as the texts above them require.
+    max_text_width = max(
+        text_width(text, font, weight)
+        for name, rose in contents.roses.items()
+        for text, weight in _header_lines(name, rose, font, width / grid.columns)
+    )
+    column_width = min(max(panel_width, max_text_width / 0.94), width / grid.columns)
+    header_height = _header_letters(contents, font, width / grid.columns) * font
     total_height = _panel_height(panel_width)
     rings = choose_rings(max(float(rose.shares.max()) for rose in contents.roses.values()))
     axes_by_name = {}
     for i, (name, rose) in enumerate(contents.roses.items()):
         row, column = divmod(i, grid.columns)
-        x_left = (width - grid.columns * panel_width) / 2 + column * panel_width
-        y_low = height - (row + 1) * (total_height + header_letters * font)
+        x_centre = width / 2 + (column - (grid.columns - 1) / 2) * column_width
+        x_left = x_centre - panel_width / 2
+        y_low = height - (row + 1) * (total_height + header_height)
         ax = figure.add_axes(
             (x_left / width, y_low / height, panel_width / width, total_height / height)
         )
         _draw_panel(ax, contents, name, rings, style)
-        title_lines = _title_lines(name, rose, font, panel_width)
-        texts = [
-            (0.53 + _LINE_LETTERS * (len(title_lines) - k), line, "bold")
-            for k, line in enumerate(title_lines)
-        ]
-        for baseline, text, weight in (*texts, (0.53, describe_mean(rose), "normal")):
-            ratio = 0.94 * panel_width / text_width(text, font, weight)
+        header_lines = _header_lines(name, rose, font, width / grid.columns)
+        for k, (text, weight) in enumerate(reversed(header_lines)):
+            ratio = 0.94 * column_width / text_width(text, font, weight)
             size = font * min(1.0, max(_MIN_TITLE_SIZE, ratio))
             figure.text(
-                (x_left + panel_width / 2) / width,
-                (y_low + total_height + baseline * font) / height,
-                shorten_text(text, size, panel_width, weight),
+                x_centre / width,
+                (y_low + total_height + (0.53 + _LINE_LETTERS * k) * font) / height,
+                shorten_text(text, size, column_width, weight),
                 ha="center",
                 va="bottom",
                 fontsize=size,

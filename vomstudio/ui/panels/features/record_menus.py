@@ -164,12 +164,14 @@ class RecordMenus(QObject):
         feature_ids = [
             f.id for f in studio.session.features() if visibility_group(f) == feature_type.id
         ]
-        use_action = menu.addAction(
-            tr("Use for &next"),
-            lambda: studio.set_next_type(feature_type.id, studio.next_set),
-        )
-        use_action.setCheckable(True)
-        use_action.setChecked(feature_type.id == studio.next_type_id)
+        if feature_type.geometry == "plane":
+            # The next type is that of planes; the Line tool has a type of its own.
+            use_action = menu.addAction(
+                tr("Use for &next"),
+                lambda: studio.set_next_type(feature_type.id, studio.next_set),
+            )
+            use_action.setCheckable(True)
+            use_action.setChecked(feature_type.id == studio.next_type_id)
         select_action = menu.addAction(
             tr("&Select its features"), lambda: studio.selection.set(feature_ids)
         )
