@@ -135,8 +135,16 @@ def move_reconstructions(source: Path, target: Path) -> None:
 def unused_stages(folder: Path) -> list[Path]:
     """Return the folders of stages that the newest results in a project do not use.
 
-    Omitted are unfinished stages that are newer than the results, and reconstructions without
-    results.
+    Parameters
+    ----------
+    folder : Path
+        Folder of the project.
+
+    Returns
+    -------
+    list of Path
+        Without unfinished stages that are newer than the results, and without reconstructions
+        that have no results.
     """
     unused = []
     for current_file in sorted((folder / RECONSTRUCTIONS).glob(f"*/{WORK}/{CURRENT_FILE}")):
@@ -157,7 +165,13 @@ def unused_stages(folder: Path) -> list[Path]:
 
 
 def delete_unused_stages(folder: Path) -> None:
-    """Delete the folders of `unused_stages`, except in reconstructions that are being computed."""
+    """Delete the folders of `unused_stages`, except those of running reconstructions.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the project.
+    """
     for path in unused_stages(folder):
         try:
             lock = FolderLock(
@@ -174,7 +188,17 @@ def delete_unused_stages(folder: Path) -> None:
 
 
 def folder_bytes(folders: Iterable[Path]) -> int:
-    """Return the total size of the files in some folders."""
+    """Return the total size of the files in some folders.
+
+    Parameters
+    ----------
+    folders : iterable of Path
+
+    Returns
+    -------
+    int
+        Size in bytes.
+    """
     return sum(
         path.stat().st_size for folder in folders for path in folder.rglob("*") if path.is_file()
     )

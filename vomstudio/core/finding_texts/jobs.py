@@ -73,7 +73,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate(
             "The cluster failed {tries} times on the same task ({error}), probably for lack of"
-            " memory. Finished results are kept. Try again with more memory per worker."
+            " memory. Finished results are kept. Give each worker more memory."
         ),
     ),
     "edges.network-unused": (

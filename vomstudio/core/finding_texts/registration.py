@@ -333,9 +333,9 @@ TEXTS: dict[str, Entry] = {
     "registration.bowed": (
         "warning",
         to_translate(
-            "According to {evidence}, the model is bowed: edges are {rise_m:.2g} m off its"
-            " mean plane ({where}), and dips are wrong by {side_deg:.1f}° ±"
-            " {error95_deg:.1f}°. Calibrate the lenses."
+            "The model is bowed according to {evidence}: edges are {rise_m:.2g} m off its mean"
+            " plane ({where}), and dips err by {side_deg:.1f}° ± {error95_deg:.1f}°. Calibrate the"
+            " lenses."
         ),
     ),
     "registration.moved": (

@@ -387,7 +387,7 @@ class _Run:
                 continue
             pinhole = undistorted[plan.view].view
             photo = self.hashes[scene.views[plan.view].name]
-            inputs = DepthInputs.of_plan(plan, scene.views, self.hashes, pinhole)
+            inputs = DepthInputs.from_plan(plan, scene.views, self.hashes, pinhole)
             if (match := earlier_maps.find(photo, pinhole, views)) is not None:
                 depth_map, inputs = match
                 results.put(number, depth_map)

@@ -56,7 +56,7 @@ class DepthInputs:
     scale: float = 1.0
 
     @classmethod
-    def of_plan(
+    def from_plan(
         cls, plan: DepthMapPlan, views: Sequence[View], hashes: Mapping[str, str], pinhole: View
     ) -> DepthInputs:
         """Return the inputs of a planned depth map."""
@@ -67,7 +67,7 @@ class DepthInputs:
         )
 
     def save(self, path: Path, rules: str) -> None:
-        """Write the inputs beside the depth map; `rules` identifies the method and the size."""
+        """Write the inputs beside the depth map; `rules` identify method and size."""
         content = {
             "rules": rules,
             "photo": self.photo,
@@ -155,8 +155,19 @@ class EarlierDepthMaps:
 def relative_scale(inputs: DepthInputs, view: View, sources: Sequence[View]) -> float | None:
     """Return the unit of the earlier scene in units of the present one.
 
-    It is the median ratio of the distances of the sources from the photo; None if a source
-    coincides with it.
+    Parameters
+    ----------
+    inputs : DepthInputs
+    view : View
+        Present camera of the photo.
+    sources : sequence of View
+        Present cameras of the sources, in the order of the inputs.
+
+    Returns
+    -------
+    float or None
+        Median ratio of the distances of the sources from the photo; None if a source coincides
+        with it.
     """
     old = [np.linalg.norm(each.centre - inputs.view.centre) for _, each in inputs.sources]
     new = [np.linalg.norm(each.centre - view.centre) for each in sources]
@@ -204,9 +215,9 @@ def shift_px(
         *(
             (
                 old_source.intrinsics,
-                _in_other_camera(old_points, inputs.view, old_source),
+                _transform_to_camera(old_points, inputs.view, old_source),
                 new_source.intrinsics,
-                _in_other_camera(new_points, view, new_source),
+                _transform_to_camera(new_points, view, new_source),
             )
             for (_, old_source), new_source in zip(inputs.sources, sources, strict=True)
         ),
@@ -222,18 +233,18 @@ def shift_px(
     return largest_shift
 
 
-def _in_other_camera(points: FloatArray, view: View, other_view: View) -> FloatArray:
+def _transform_to_camera(points: FloatArray, view: View, other_view: View) -> FloatArray:
     """Transform points (n, 3) from the frame of one camera to that of another."""
     scene_points = (points - view.translation) @ view.rotation
     return np.asarray(scene_points @ other_view.rotation.T + other_view.translation)
 
 
 def _sample_pixels(depth_map: DepthMap, scale: float) -> FloatArray | None:
-    """Return evenly spaced pixels (n, 3: x, y, depth as computed), or None if the map is empty."""
+    """Return pixels (n, 3: x, y and computed depth) at even intervals, or None without depths."""
     rows, columns = np.nonzero(depth_map.depth > 0)
     if not len(rows):
         return None
-    chosen = np.linspace(0, len(rows) - 1, min(_N_SAMPLES, len(rows))).astype(np.intp)
-    rows, columns = rows[chosen], columns[chosen]
+    indices = np.linspace(0, len(rows) - 1, min(_N_SAMPLES, len(rows))).astype(np.intp)
+    rows, columns = rows[indices], columns[indices]
     depths = depth_map.depth[rows, columns].astype(np.float64) / scale
     return np.column_stack([columns + 0.5, rows + 0.5, depths])

@@ -51,8 +51,8 @@ class CellsTool(StatelessTool):
         if not self._context.session.of(FaceGrid):
             return tr("Cells: create a grid on the face first (Analyse > Coverage).")
         return tr(
-            "Cells: click a cell to mark it as {mark}, and again to remove the mark. Q, W, X and Z"
-            " mark the cell under the cursor.",
+            "Cells: click a cell to mark it as {mark} or remove the mark. Q, W, X and Z mark the"
+            " cell under the cursor.",
             mark=tr(MARK_TITLES[self.mark]),
         )
 
