@@ -456,6 +456,6 @@ def test_verdict_always_states_the_angle_with_the_size_of_a_plane() -> None:
     assert expected.values["textbook_error_deg"] == pytest.approx(0.3, abs=0.05)
     *_, off = assess([], 0.018, planes=PlaneSizes(0.2, 0.01, 7.0))
     assert off == Finding("survey.no-planes", wanted_deg=5.0, registration_deg=7.0)
-    grave = Finding("blurred", "error", photos=(), value=3.0, median=1.0)
+    grave = Finding("blurred", "error", photos=(), value=3.0, sharp=1.0)
     (verdict,) = assess([grave], None)
     assert (verdict.code, verdict.values["codes"]) == ("survey.incomplete", ("blurred",))

@@ -64,8 +64,8 @@ TEXTS: dict[str, Entry] = {
     "blurred": (
         "warning",
         to_translate(
-            "These photos are blurred by up to {value:.1f} pixels (median of the set"
-            " {median:.1f}): {photos}. Leave them out if other photos cover the same area."
+            "These photos are blurred by up to {value:.1f} pixels (sharpest quarter of the set:"
+            " {sharp:.1f}): {photos}. Leave them out if other photos cover the same area."
         ),
     ),
     "soft": (

@@ -29,8 +29,9 @@ class Limits:
     max_baseline_ratio : float
         Maximum ratio of baseline to distance for a single position; turn_deg and zoom distinguish
         the photos taken there.
-    blur_px, max_blur_ratio : float
-        Maximum blur sigma, in pixels, and its maximum ratio to the median of the set.
+    blur_px, max_blur_ratio, soft_blur_px : float
+        Blur sigma up to which photos are sharp, in pixels; maximum ratio to the sharpest quarter of
+        the set; and blur above which no photo is sharp.
     min_brightness, saturated_share : float
         Minimum mean linear light, and maximum share of saturated pixels.
     stops, max_exposure_stops : float

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,26 +18,47 @@ if TYPE_CHECKING:
 
 def pixel_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Finding]:
     """Return findings on blur, digital zoom, enlargement, exposure and light."""
-    photos, quality = measurements.photos, measurements.quality
-    findings = []
     blurs = {
-        i: photo_quality.blur_px
-        for i, photo_quality in enumerate(quality)
-        if photo_quality.blur_px is not None
+        photo.name: quality.blur_px
+        for photo, quality in zip(measurements.photos, measurements.quality, strict=True)
+        if quality.blur_px is not None
     }
-    if blurs:
-        median = float(np.median(list(blurs.values())))
-        limit = max(limits.blur_px, limits.max_blur_ratio * median)
-        blurred_photos = tuple(photos[i].name for i, value in blurs.items() if value > limit)
-        if blurred_photos:
-            worst_blur = max(blurs.values())
-            findings.append(
-                Finding("blurred", photos=blurred_photos, value=worst_blur, median=median)
-            )
-        if median > limits.soft_blur_px:
-            findings.append(Finding("soft", photos=(), value=median, factor=median / 0.8))
+    findings = blur_findings(blurs, limits)
     findings += _enlargement_findings(measurements, limits)
     findings += _light_findings(measurements, limits)
+    return findings
+
+
+def blur_findings(blurs: Mapping[str, float], limits: Limits) -> list[Finding]:
+    """Return findings on blurred photos, and on sets in which no photo is sharp.
+
+    The sharpest quarter of the photos shows what the camera can resolve, even if most photos are
+    blurred. Above `soft_blur_px`, a photo is blurred whatever the others are like, unless even the
+    sharpest quarter is that soft.
+
+    Parameters
+    ----------
+    blurs : mapping of str to float
+        Blur of the photos, as one sigma in pixels, by name.
+    limits : Limits
+    """
+    if not blurs:
+        return []
+    values = np.array(list(blurs.values()))
+    sharp = float(np.percentile(values, 25))
+    is_soft = sharp > limits.soft_blur_px
+    limit = max(limits.blur_px, limits.max_blur_ratio * sharp)
+    if not is_soft:
+        limit = min(limit, limits.soft_blur_px)
+    findings = []
+    blurred_photos = tuple(name for name, value in blurs.items() if value > limit)
+    if blurred_photos:
+        findings.append(
+            Finding("blurred", photos=blurred_photos, value=float(values.max()), sharp=sharp)
+        )
+    if is_soft:
+        median = float(np.median(values))
+        findings.append(Finding("soft", photos=(), value=median, factor=median / 0.8))
     return findings
 
 
