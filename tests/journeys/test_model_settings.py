@@ -114,8 +114,8 @@ def write_micmac_control(folder: Path) -> None:
     (folder / "Ground-Pts3D.xml").write_text(
         "<DicoAppuisFlottant>"
         + "".join(
-            f"<OneAppuisDAF><Pt>{row['x']} {row['y']} {row['z']}</Pt><NamePt>{row['label']}</NamePt>"
-            "<Incertitude>1 1 1</Incertitude></OneAppuisDAF>"
+            f"<OneAppuisDAF><Pt>{row['x']} {row['y']} {row['z']}</Pt>"
+            f"<NamePt>{row['label']}</NamePt><Incertitude>1 1 1</Incertitude></OneAppuisDAF>"
             for row in points
         )
         + "</DicoAppuisFlottant>"
