@@ -33,7 +33,10 @@ def test_sets_of_one_name_but_different_kinds_are_different_sets(run, write) -> 
     lines = TABLE.splitlines()[1:]
     words = ("--face", "100/70", "--friction", 30, "--json")
     plain = [f"{line},A" for line in lines]
-    kinds = [f"{line},A,{kind}" for line, kind in zip(lines, ("bedding",) * 2 + ("joint",) * 2)]
+    kinds = [
+        f"{line},A,{kind}"
+        for line, kind in zip(lines, ("bedding",) * 2 + ("joint",) * 2, strict=True)
+    ]
     one_set = run("slope", write("\n".join(["id,dipdir,dip,set", *plain])), *words).json
     assert (one_set["wedge"]["of"], one_set["wedge"]["same_set"]) == (0, 6)
     two_sets = run("slope", write("\n".join(["id,dipdir,dip,set,kind", *kinds])), *words).json
