@@ -29,6 +29,21 @@ def test_counts_and_shares_are_reported_for_each_mode(run, write) -> None:
     assert ran.json["lateral_deg"] == 20.0
 
 
+def test_sets_of_one_name_but_different_kinds_are_different_sets(run, write) -> None:
+    lines = TABLE.splitlines()[1:]
+    words = ("--face", "100/70", "--friction", 30, "--json")
+    plain = [f"{line},A" for line in lines]
+    kinds = [
+        f"{line},A,{kind}"
+        for line, kind in zip(lines, ("bedding",) * 2 + ("joint",) * 2, strict=True)
+    ]
+    one_set = run("slope", write("\n".join(["id,dipdir,dip,set", *plain])), *words).json
+    assert (one_set["wedge"]["of"], one_set["wedge"]["same_set"]) == (0, 6)
+    two_sets = run("slope", write("\n".join(["id,dipdir,dip,set,kind", *kinds])), *words).json
+    # Of six pairs, one is of beds and one is of joints.
+    assert (two_sets["wedge"]["of"], two_sets["wedge"]["same_set"]) == (4, 2)
+
+
 def test_lateral_limit_applies_to_planes_but_not_wedges(run, write) -> None:
     path = write(TABLE)
     words = ["slope", path, "--face", "100/70", "--friction", 30, "--json"]

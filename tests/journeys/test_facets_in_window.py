@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -18,6 +19,7 @@ from vomstudio.core.paths import resource
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.geometry.patches import has_id
 from vomstudio.project.kinds.patch import Patch
+from vomstudio.studio.surfaces.facet_proposals import Proposals
 from vomstudio.ui.base import theme
 from vomstudio.ui.panels.surface.facet_texts import share_text
 from vomstudio.ui.panels.surface.facets_panel import FacetsPanel
@@ -226,6 +228,72 @@ def test_facets_are_filtered_and_picked_on_the_net(window, panel) -> None:
         == len(proposals.patches) - count
     )
     assert panel._selection() == []
+
+    # All selected facets are highlighted.
+    previews = []
+    window.studio.preview.connect(previews.append)
+    sizes = []
+    # The largest facets are listed last and have the lowest numbers, which other searches use, too.
+    rows = range(len(panel.listed_indices()) - 2, len(panel.listed_indices()))
+    for row in rows:
+        panel.table.selectRow(row)
+        sizes.append(len(previews[-1].area.corners))
+    selection = {panel._index(row) for row in rows}
+    panel.table.select_rows(lambda values: values[-1] - 1 in selection)
+    assert set(panel._selection()) == selection
+    assert len(previews[-1].area.corners) == sum(sizes)
+    # A second search gives other facets, of which none is selected; the order remains.
+    panel.limits.fields["angle_deg"].setValue(12.0)
+    driver.click(panel.start, panel.start.rect().center())
+    driver.wait(lambda: panel._facets.proposals is not proposals, "other facets", 120.0)
+    driver.wait(lambda: not panel._facets.running, "the end of the search", 60.0)
+    assert panel._facets.proposals.options.angle_deg == 12.0
+    assert selection <= set(panel.listed_indices())
+    assert panel._selection() == []
+    assert previews[-1] is None
+    assert panel.table.horizontalHeader().sortIndicatorSection() == 3
+    areas = [values[3] for values, _ in panel.table.numbers.rows]
+    assert len(areas) > 2
+    assert areas == sorted(areas)
+
+
+@pytest.mark.full
+def test_doubtful_facet_shows_its_reasons_and_an_unknown_area_is_a_dash(
+    window, panel, monkeypatch
+) -> None:
+    find(window, panel)
+    proposals, table = panel._facets.proposals, panel.table
+    title = table.numbers.headerData(0, Qt.Orientation.Horizontal, Qt.ItemDataRole.DisplayRole)
+    assert title == "Quality"
+    table.selectRow(0)
+    (index,) = panel._selection()
+    verdict = proposals.measured[index].verdict
+    assert verdict.quality != "good"
+    assert panel.reason.isVisible()
+    assert panel.reason.text() == " ".join(reason.message for reason in verdict.reasons)
+    assert table.geometry().bottom() < panel.reason.geometry().top()
+    good = next(i for i, m in enumerate(proposals.measured) if m.verdict.quality == "good")
+    table.select_rows(lambda values: values[-1] - 1 == good)
+    assert not panel.reason.isVisible()
+
+    # The page is a long list if it is in the centre of the window.
+    window.resize(1920, 1080)
+    window.docks.toggle_center("surface")
+    driver.pause(100)
+    assert table.viewport().height() // table.rowHeight(0) >= 25
+    window.docks.toggle_center("surface")
+
+    # No exposed points: the area is unknown, not zero.
+    unknown = replace(proposals.measured[good], area_m2=None)
+    measured = (*proposals.measured[:good], unknown, *proposals.measured[good + 1 :])
+    monkeypatch.setattr(Proposals, "get_exposed_area", lambda *_: 0.0)
+    monkeypatch.setattr(panel._facets, "proposals", replace(proposals, measured=measured))
+    panel._fill(panel._facets.proposals)
+    row = next(row for row in range(table.numbers.rowCount()) if panel._index(row) == good)
+    shown = table.numbers.index(row, 3).data(Qt.ItemDataRole.DisplayRole)
+    assert figures(shown) == []
+    others = [r for r in range(table.numbers.rowCount()) if r != row]
+    assert figures(table.numbers.index(others[0], 3).data(Qt.ItemDataRole.DisplayRole))
 
 
 @pytest.mark.full

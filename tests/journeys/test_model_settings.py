@@ -115,8 +115,7 @@ def write_micmac_control(folder: Path) -> None:
         "<DicoAppuisFlottant>"
         + "".join(
             f"<OneAppuisDAF><Pt>{row['x']} {row['y']} {row['z']}</Pt>"
-            f"<NamePt>{row['label']}</NamePt>"
-            "<Incertitude>1 1 1</Incertitude></OneAppuisDAF>"
+            f"<NamePt>{row['label']}</NamePt><Incertitude>1 1 1</Incertitude></OneAppuisDAF>"
             for row in points
         )
         + "</DicoAppuisFlottant>"

@@ -128,6 +128,16 @@ def test_failure_modes_match_mplstereonet_and_select_their_planes(window, panel)
     members = np.bincount(np.concatenate([first[wedges], second[wedges]]), minlength=60)
     click_mode(panel, 1)
     assert set(panel.results.critical_ids()) == {f"J{i}" for i in np.flatnonzero(members)}
+    # Planes of one set are nearly parallel, so their intersections are not counted.
+    count_in_set = 30
+    in_set = [f"J{i}" for i in range(count_in_set)]
+    assert window.studio.attempt(edits.set_attributes, in_set, set_name="J1")
+    settle(panel)
+    is_counted = second >= count_in_set
+    assert is_counted.sum() == 60 * 59 // 2 - 30 * 29 // 2
+    assert cell(panel, 0, 2) == "60"
+    assert cell(panel, 1, 1) == str(wedges[is_counted].sum())
+    assert cell(panel, 1, 2) == cell(panel, 3, 2) == f"{is_counted.sum():,}"
     assert f"({members.max()})" in panel.results.planes.item(0).text()
     # Compass readings have no error: no probability is claimed.
     assert cell(panel, 0, 4) == "–"

@@ -242,6 +242,8 @@ def table_slope(
 def set_numbers(table: OrientationRows) -> IntArray | None:
     """Return the number of the set that each plane belongs to.
 
+    Sets of the same name but different kinds, such as beds and joints, are different sets.
+
     Parameters
     ----------
     table : OrientationRows
@@ -253,9 +255,10 @@ def set_numbers(table: OrientationRows) -> IntArray | None:
     """
     if table.sets is None:
         return None
-    names = [table.sets[row] for row in np.flatnonzero(table.is_plane)]
-    number_by_set = {name: number for number, name in enumerate(dict.fromkeys(names)) if name}
-    return np.array([number_by_set.get(name, -1) for name in names], np.int64)
+    rows = np.flatnonzero(table.is_plane)
+    sets = [("" if table.kinds is None else table.kinds[row], table.sets[row]) for row in rows]
+    number_by_set = {set_: number for number, set_ in enumerate(dict.fromkeys(sets)) if set_[1]}
+    return np.array([number_by_set.get(set_, -1) for set_ in sets], np.int64)
 
 
 @dataclass(frozen=True)

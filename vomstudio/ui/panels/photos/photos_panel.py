@@ -430,4 +430,5 @@ def _gsd_text(row: PhotoRow, metres_per_unit: float | None) -> str:
         gsd_m = row.gsd * metres_per_unit
     if gsd_m is None:
         return length_text(row.gsd, 2, is_metric=False)
-    return f"{gsd_m * 1000:.1f} mm" if gsd_m < 0.01 else f"{gsd_m * 100:.1f} cm"
+    gsd_mm = round(1000.0 * gsd_m, 1)
+    return f"{gsd_mm:.1f} mm" if gsd_mm < 10.0 else f"{gsd_m * 100:.1f} cm"

@@ -69,7 +69,7 @@ class SlopesPanel(
         self._is_writing = False
         self._notation = ""
         self._clicked_ids: tuple[str, ...] | None = None
-        self._features: list[TypedFeature] = []
+        self._feature_ids: list[str] = []
         self.group_box = GroupBox(studio, tr("All planes"))
         self.group_box.setAccessibleName(tr("Planes"))
         self.group_box.activated.connect(self._follow_group)
@@ -190,13 +190,14 @@ class SlopesPanel(
         Raises InputError if the group contains no planes.
         """
         studio = self._studio
-        if self._clicked_ids is None:
-            self._features = self.group_box.features()
-        features = [f for f in self._features if f.id in studio.records]
+        is_selection = self.group_box.choice() == SELECTED
+        if self._clicked_ids is None or not is_selection:
+            self._feature_ids = [feature.id for feature in self.group_box.features()]
+        records = [studio.records.get(id_) for id_ in self._feature_ids]
+        features = [record for record in records if isinstance(record, TypedFeature)]
         measurements = studio.measured(f.id for f in features)
         features = [f for f in features if measurements[f.id].plane is not None]
         if not features:
-            is_selection = self.group_box.choice() == SELECTED
             raise InputError(Finding("selection.unsuitable" if is_selection else "planes.none"))
         return features, dict(measurements)
 

@@ -189,9 +189,11 @@ class ProposalsPanel(ModelPanel):
         """Show the rows of all undecided proposals that the filter accepts."""
         self._rows = rows
         if self._queue.proposals is not self._listed_result:
-            # Rows of another result have the same indices but are other proposals.
+            # Rows of another result have the same indices but are other proposals. The listed rows
+            # may have no counterpart in it, so the change is handled when the new rows are listed.
             self._listed_result = self._queue.proposals
-            self.table.clearSelection()
+            with QSignalBlocker(self.table.selectionModel()):
+                self.table.clearSelection()
         self._list_proposals()
 
     def _list_proposals(self) -> None:
