@@ -334,7 +334,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The model is bowed according to {evidence}: edges are {rise_m:.2g} m off its mean"
-            " plane ({where}), and dips err by {side_deg:.1f}° ± {error95_deg:.1f}°. Calibrate the"
+            " plane ({where}), dips err by {side_deg:.1f}° ± {error95_deg:.1f}°. Calibrate the"
             " lenses."
         ),
     ),

@@ -152,6 +152,8 @@ def wrap_text(text: str, font_pt: float, width: float, weight: str = "normal") -
 
     An equals sign and both of its sides stay together.
     """
+    if text_width(text, font_pt, weight) <= width:
+        return [text]
     lines: list[str] = []
     for word in text.replace(" = ", _NO_BREAK_EQUALS).split(" "):
         extended_line = f"{lines[-1]} {word}" if lines else word

@@ -144,6 +144,8 @@ class _Grid:
         best_grid, count = cls(1, 0.0), len(contents.roses)
         for columns in range(1, count + 1):
             rows, column_width = math.ceil(count / columns), width / columns
+            if column_width < best_grid.panel_width:
+                break
             panel_height = height / rows - _header_letters(contents, font, column_width) * font
             panel_width = min(
                 column_width, panel_height * 2 * _PANEL_HALF_WIDTH / (_PANEL_TOP + _PANEL_BOTTOM)
@@ -247,12 +249,13 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
         )
         _draw_panel(ax, contents, name, rings, style)
         header_lines = _header_lines(name, rose, font, width / grid.columns)
-        for k, (text, weight) in enumerate(reversed(header_lines)):
+        for k, (text, weight) in enumerate(header_lines):
+            baseline = 0.53 + _LINE_LETTERS * (len(header_lines) - 1 - k)
             ratio = 0.94 * column_width / text_width(text, font, weight)
             size = font * min(1.0, max(_MIN_TITLE_SIZE, ratio))
             figure.text(
                 x_centre / width,
-                (y_low + total_height + (0.53 + _LINE_LETTERS * k) * font) / height,
+                (y_low + total_height + baseline * font) / height,
                 shorten_text(text, size, column_width, weight),
                 ha="center",
                 va="bottom",
