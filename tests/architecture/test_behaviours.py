@@ -44,13 +44,26 @@ def test_names_with_all_words_are_listed_with_the_code_of_their_helpers(tests: P
 
 
 def test_name_under_which_code_is_imported_does_not_matter(tests: Path) -> None:
-    (line,) = find_behaviours(["dip"], tests)
+    (line,) = find_behaviours(["dip_is"], tests)
     assert line.split()[1:] == ["vomstudio.geology.orientation.Plane"]
 
 
 def test_all_imports_of_the_file_are_listed_if_a_test_uses_none(tests: Path) -> None:
     (line,) = find_behaviours(["nothing"], tests)
     assert len(line.split()) == 3
+
+
+def test_words_may_be_in_the_name_of_the_file(tests: Path) -> None:
+    (line,) = find_behaviours(["planes", "dip"], tests)
+    assert "test_dip_is_positive" in line
+
+
+def test_tests_with_most_words_are_listed_if_none_has_all(tests: Path) -> None:
+    first, line = find_behaviours(["three", "plane", "missing"], tests)
+    assert "::" not in first
+    assert "test_three_points_define_a_plane" in line
+    (only,) = find_behaviours(["missing"], tests)
+    assert "::" not in only
 
 
 def test_behaviours_of_this_project_are_found() -> None:
