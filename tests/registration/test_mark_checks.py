@@ -72,8 +72,8 @@ def survey(kind: str, seed: int, noise: float = 0.5, world_noise: float = 0.01):
         (lambda x, y: (WIDTH - x, HEIGHT - y), "rotated by 180"),
         (lambda x, y: (HEIGHT - y, x), "rotated by 90"),
         (lambda x, y: (y, WIDTH - x), "rotated by 270"),
-        (lambda x, y: (x - WIDTH / 2, HEIGHT / 2 - y), "rows upward"),
-        (lambda x, y: (x - WIDTH / 2, y - HEIGHT / 2), "rows downward"),
+        (lambda x, y: (x - WIDTH / 2, HEIGHT / 2 - y), "rows increasing upward"),
+        (lambda x, y: (x - WIDTH / 2, y - HEIGHT / 2), "rows increasing downward"),
     ],
 )
 def test_marks_in_another_pixel_convention_are_rejected(

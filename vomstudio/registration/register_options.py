@@ -60,8 +60,8 @@ class Observations(Options):
         metavar="FILE",
         flag_value=BESIDE,
         help=to_translate(
-            "table: photo, x, y, z (or longitude, latitude, altitude), geo.txt, or a folder of"
-            " photos with GPS; without FILE, the photos next to the model"
+            "a table (photo, x, y, z, or photo, longitude, latitude, altitude), a geo.txt, or a"
+            " folder of photos with GPS; without FILE, the photos next to the model"
         ),
     )
     attitudes: str | None = option(

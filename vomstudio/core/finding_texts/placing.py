@@ -73,8 +73,8 @@ TEXTS: dict[str, Entry] = {
     "photo.none-of-cameras": (
         "error",
         to_translate(
-            "None of the photos in the model's camera file ({name}, …) was found. Specify the"
-            " folder of the photos, or a table."
+            "None of the photos in the camera file was found ({name}, …). Specify their folder, or"
+            " a table of positions or attitudes."
         ),
     ),
 }

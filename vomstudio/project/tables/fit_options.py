@@ -23,7 +23,7 @@ class FitOptions(Options):
         None,
         metavar="COLUMN",
         help=to_translate(
-            "column that groups the points, or segment if lines of --- separate the groups"
+            "column that groups the points; segment: lines of --- separate the groups"
         ),
         automatic_text=to_translate("one plane"),
     )

@@ -218,9 +218,9 @@ def _pixel_conventions() -> Iterator[_PixelConvention]:
         yield _PixelConvention(turned_text, turn, start)
     exchanged_text = tr("column and row are swapped and counted from the lower right corner")
     yield _PixelConvention(exchanged_text, ((0, -1), (-1, 0)), (1, 1))
-    description = tr("they are counted from the photo centre, with rows upward")
+    description = tr("pixels are counted from the photo centre, with rows increasing upward")
     yield _PixelConvention(description, ((1, 0), (0, -1)), (0.5, 0.5))
-    description = tr("they are counted from the photo centre, with rows downward")
+    description = tr("pixels are counted from the photo centre, with rows increasing downward")
     yield _PixelConvention(description, ((1, 0), (0, 1)), (0.5, 0.5))
 
 

@@ -45,8 +45,8 @@ class ReconstructOptions(Options):
         None,
         metavar="FILE",
         help=to_translate(
-            "control points: CSV label,x,y,z[,sigma][,use], XML from MicMac or Metashape,"
-            " OpenDroneMap's gcp_list.txt, or none"
+            "control points: CSV (label,x,y,z[,sigma][,use]), XML from MicMac or Metashape, or"
+            " OpenDroneMap's gcp_list.txt; none: use no control points"
         ),
         automatic_text=to_translate(
             "control.csv in or next to the photo folder, if enough of its points are marked"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from vomstudio.registration.results import ModelPlacement
 
 _WINDOW_NAMES = {
-    "(--without)": to_translate("(clear its tick)"),
+    "(--without)": to_translate("(clear the tick)"),
     "(--north-sigma)": to_translate("(North)"),
 }
 """Texts that replace, in the window, the command-line options mentioned in findings."""
