@@ -271,7 +271,7 @@ def test_report_contains_no_coordinates_or_names(window, outcrop, picks, tmp_pat
     for part in ("VOM Studio", "PySide6", "vtk", "numpy", "Traceback", "action trace"):
         assert part in text
     assert "trace added (" in text
-    assert "model made (" in text
+    assert "model added (" in text
     trace = driver.traces(window)[0]
     numbers = {f"{v:.2f}" for point in trace.vertices for v in point}
     numbers |= {str(v) for point in trace.vertices for v in point}

@@ -156,7 +156,7 @@ def test_colour_bars_avoid_a_widget_over_the_view(qapp: QApplication) -> None:
 def test_colour_bar_labels_do_not_overlap(qapp: QApplication) -> None:
     for kinds in "sda":
         (bar,) = bars_of(kinds, 760, 420)
-        places = sorted(place * bar._inner_width for place, _ in bar._ticks(bar._inner_width))
+        places = sorted(place * bar._inner_height for place, _ in bar._ticks(bar._inner_height))
         assert len(places) >= 3
         assert np.diff(places).min() >= 0.9 * bar._line
 

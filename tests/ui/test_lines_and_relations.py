@@ -251,7 +251,9 @@ def test_selected_traces_show_same_bed_probability_and_thickness(window, studio)
     assert p_value(said("a", "b")) > 0.05
     apart = said("a", "c")
     assert p_value(apart) < 0.001
-    thick = re.search(r"From Base up to Top: ([\d.]+) m ± ([\d.]+) (mm|cm) across", apart)
+    thick = re.search(
+        r"From Base up to Top: perpendicular distance ([\d.]+) m ± ([\d.]+) (mm|cm)", apart
+    )
     assert thick is not None, apart
     assert float(thick[1]) == pytest.approx(1.25, abs=0.004)
     three = said("a", "b", "c")

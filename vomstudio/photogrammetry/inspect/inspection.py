@@ -48,9 +48,9 @@ def _stage(out: Path, name: str, results: str) -> Path:
 def _aligned_photos(folder: Path) -> list[tuple[str, int, int]]:
     """Return name, width and height of the photos in the order of the alignment."""
     try:
-        rows = read_json(folder / "database.json")
+        rows = read_json(folder / "database.json")["photos"]
         return [(str(row[0]), int(row[1]), int(row[2])) for row in rows]
-    except (OSError, ValueError, TypeError, IndexError) as error:
+    except (OSError, ValueError, TypeError, KeyError, IndexError) as error:
         raise InputError(
             Finding("alignment.damaged", reason=damage_reason(error)),
             file=folder,
