@@ -96,7 +96,7 @@ class CompactionResult:
 def compact(folder: Path, session: Session, journal: SqliteJournal) -> CompactionResult:
     """Rewrite the journal, move unused files to a backup folder, and delete unused stages.
 
-    The stages of reconstructions can be computed again, so there is no backup of them.
+    Unused stages are deleted without a backup, because they can be computed again.
 
     Raises
     ------

@@ -374,7 +374,7 @@ class _Run:
         results: PhotoResults[DepthMap],
         stage: StageFolder,
     ) -> None:
-        """Take depth maps of earlier runs if their cameras have hardly moved.
+        """Reuse depth maps of earlier runs if their cameras moved by less than `MAX_MOVE_PX`.
 
         The inputs of all maps are stored, so that a later run can do the same.
         """

@@ -1,4 +1,4 @@
-"""Depth maps of earlier runs, which are reused if their cameras have hardly moved.
+"""Reuse of depth maps of earlier runs whose cameras moved by less than a fifth of a pixel.
 
 A photo that is added, removed or masked changes the adjustment of all cameras a little. A depth map
 remains valid if the positions that it compares, in its own photo and in its sources, have moved by
