@@ -18,14 +18,18 @@ from vomstudio.core.files.regular import MAX_JSON_BYTES, read_small_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.geometry.registrations import Registration
-from vomstudio.io.models.reconstruction_file import RESULT, finite_number, result_registration
+from vomstudio.io.models.reconstruction_file import (
+    CURRENT_FILE,
+    RESULT,
+    WORK,
+    finite_number,
+    result_registration,
+)
 from vomstudio.project.records import ReconstructionRecord
 
 RECONSTRUCTIONS = "reconstruction"
 """Folder of the reconstructions, with a subfolder for each photo set and quality."""
 REQUEST = "request.json"
-WORK, CURRENT_FILE = "work", "current.json"
-"""Folder of the stages of a reconstruction, and the file with the names of those in use."""
 # Larger files are written once under a new name; a reconstruction appends only to small ones.
 MAX_COPY_BYTES = 1 << 20
 

@@ -8,12 +8,13 @@ import pytest
 
 from tests.messages import refused
 from vomstudio.core.errors import TargetError
+from vomstudio.io.models.reconstruction_file import CURRENT_FILE, WORK
 from vomstudio.photogrammetry.base.checkpoints import (
     Checkpoints,
     file_name,
     write_atomically,
 )
-from vomstudio.photogrammetry.base.stage_folders import CURRENT_FILE, FEATURES, WORK, stage_folder
+from vomstudio.photogrammetry.base.stage_folders import FEATURES, stage_folder
 
 
 def test_stage_is_done_only_after_it_is_finished(tmp_path):

@@ -15,6 +15,10 @@ from vomstudio.geometry.registrations import ObservationGroup, Registration, Reg
 from vomstudio.io.photos.cameras_file import FILE_NAME
 
 RESULT = "reconstruction.json"
+WORK = "work"
+"""Folder of the stages of a reconstruction."""
+CURRENT_FILE = "current.json"
+"""File in it with the names of the folders that the newest result uses."""
 MODELS = ("model.obj", "model.glb", "model.ply", "dense.laz", "sparse.ply")
 """Model files that a reconstruction writes in its registered frame."""
 _METHODS: dict[str, Literal["gps", "control"]] = {

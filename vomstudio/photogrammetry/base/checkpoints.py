@@ -21,8 +21,9 @@ from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.disk_errors import failure_reason
 from vomstudio.core.files.regular import read_json
 from vomstudio.core.findings import Finding
+from vomstudio.io.models.reconstruction_file import CURRENT_FILE
 from vomstudio.photogrammetry.base.memory import peak_bytes
-from vomstudio.photogrammetry.base.stage_folders import CURRENT_FILE, FEATURES
+from vomstudio.photogrammetry.base.stage_folders import FEATURES
 
 _STAMP_FILE = "stage.json"
 _KEY_LENGTH = 16

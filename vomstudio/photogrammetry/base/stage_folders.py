@@ -5,11 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-WORK = "work"
+from vomstudio.io.models.reconstruction_file import WORK
+
 FEATURES = "features"
 """Folder of the features of all photos, which all alignments share."""
-CURRENT_FILE = "current.json"
-"""File with the names of the folders that the newest result uses."""
 
 
 def stage_folder(out: Path, name: str) -> Path | None:

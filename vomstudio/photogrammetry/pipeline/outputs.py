@@ -21,9 +21,8 @@ from vomstudio.core.files.disk_errors import (
 from vomstudio.core.files.lock import FolderLock
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.io.models.reconstruction_file import RESULT
+from vomstudio.io.models.reconstruction_file import RESULT, WORK
 from vomstudio.io.photos.cameras_file import FILE_NAME
-from vomstudio.photogrammetry.base.stage_folders import WORK
 
 # Time to wait for the worker of a killed window, which may be executing native code.
 _LOCK_TIMEOUT_S = 5.0

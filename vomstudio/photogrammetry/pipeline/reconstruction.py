@@ -15,6 +15,7 @@ from vomstudio.core.progress import Executor, Progress, ResumedProgress
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io.models.reconstruction_file import WORK
 from vomstudio.photogrammetry.align.scene_check import check_scene
 from vomstudio.photogrammetry.base.background import find_rock, propose_region
 from vomstudio.photogrammetry.base.checkpoints import (
@@ -26,7 +27,7 @@ from vomstudio.photogrammetry.base.checkpoints import (
 from vomstudio.photogrammetry.base.region import Region
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import PipelineSettings
-from vomstudio.photogrammetry.base.stage_folders import FEATURES, WORK
+from vomstudio.photogrammetry.base.stage_folders import FEATURES
 from vomstudio.photogrammetry.georeferencing.pose_errors import pose_errors
 from vomstudio.photogrammetry.pipeline import report_data
 from vomstudio.photogrammetry.pipeline.gpu_depths import choose_device, compute_gpu_depths
